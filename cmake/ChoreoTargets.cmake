@@ -1,0 +1,58 @@
+# How every target of this project is made: language, warnings, sanitizers, and one library a folder.
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
+
+option(CHOREO_WERROR "Warnings are errors" OFF)
+set(CHOREO_SANITIZE "" CACHE STRING "Sanitizers for everything built here, such as address,undefined or thread")
+
+find_program(CCACHE ccache)
+if(CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+endif()
+
+add_library(choreo_settings INTERFACE)
+target_compile_options(choreo_settings INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -Wcast-qual -Wimplicit-fallthrough
+  # Sums of products must be the same on every machine and at every optimisation level.
+  -ffp-contract=off
+  $<$<BOOL:${CHOREO_WERROR}>:-Werror>)
+if(CHOREO_SANITIZE)
+  target_compile_options(choreo_settings INTERFACE -fsanitize=${CHOREO_SANITIZE} -fno-omit-frame-pointer
+    $<$<NOT:$<STREQUAL:${CHOREO_SANITIZE},thread>>:-fno-sanitize-recover=all>)
+  target_link_options(choreo_settings INTERFACE -fsanitize=${CHOREO_SANITIZE})
+endif()
+
+# choreo_library(NAME [PUBLIC libs...] [PRIVATE libs...] SOURCES ... [HEADERS ...])
+# Makes the static library choreo_NAME of the calling folder, known as choreoscope::NAME, with its sources one by one.
+function(choreo_library name)
+  cmake_parse_arguments(ARG "" "" "PUBLIC;PRIVATE;SOURCES;HEADERS" ${ARGN})
+  add_library(choreo_${name} STATIC ${ARG_SOURCES} ${ARG_HEADERS})
+  add_library(choreoscope::${name} ALIAS choreo_${name})
+  set_target_properties(choreo_${name} PROPERTIES EXPORT_NAME ${name})
+  target_include_directories(choreo_${name} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src> $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
+    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/choreoscope>)
+  target_compile_features(choreo_${name} PUBLIC cxx_std_20)
+  target_link_libraries(choreo_${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:choreo_settings>)
+endfunction()
+
+# choreo_test(NAME [LABELS labels...] [LIBS libs...] SOURCES ...)
+# Makes a GoogleTest program whose cases CTest runs one by one.
+function(choreo_test name)
+  cmake_parse_arguments(ARG "" "TIMEOUT" "LABELS;LIBS;SOURCES" ${ARGN})
+  if(NOT ARG_LABELS)
+    set(ARG_LABELS unit)
+  endif()
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 120)
+  endif()
+  add_executable(${name} ${ARG_SOURCES})
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
+  target_link_libraries(${name} PRIVATE ${ARG_LIBS} GTest::gmock GTest::gtest_main choreo_settings)
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT})
+endfunction()

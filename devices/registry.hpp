@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which drivers there are, and which one opens a SOURCE.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "devices/source.hpp"
+#include "devices/source_uri.hpp"
+
+namespace choreo::devices {
+
+/// What a driver is told beside the SOURCE itself.
+struct OpenOptions {
+  int threads = 0;       ///< Decoder threads; 0 lets the driver choose. Never changes what is delivered.
+  std::stop_token stop;  ///< Ends a wait inside opening or reading.
+};
+
+/// One kind of source.
+struct Driver {
+  std::string scheme;                     ///< "synthetic"; SOURCES of this scheme are this driver's.
+  std::vector<std::string> also_schemes;  ///< Further schemes it opens: "http", "rtsp".
+  std::string example;                    ///< A SOURCE one could type.
+  std::string summary;                    ///< One line.
+  std::function<std::unique_ptr<Source>(const SourceUri&, SettingReader&, const OpenOptions&)> open;
+};
+
+/// The drivers by scheme. A plain path goes to "folder" where it is a folder and to "file" otherwise.
+///
+/// Every source honours `rotate=0|90|180|270` (clockwise degrees) and `flip=none|horizontal|vertical|both`, applied
+/// after the file's own orientation, the rotation first.
+class Registry {
+ public:
+  void add(Driver driver);
+
+  /// @throws Error (usage) where nothing is at the location, the scheme is unknown (listing the known ones), a
+  ///   setting is unknown or out of range, or the driver cannot open it.
+  [[nodiscard]] std::unique_ptr<Source> open(const std::string& source, const OpenOptions& options = {}) const;
+
+  [[nodiscard]] const std::vector<Driver>& drivers() const { return drivers_; }
+
+ private:
+  [[nodiscard]] const Driver* find(std::string_view scheme) const;
+
+  std::vector<Driver> drivers_;
+};
+
+}  // namespace choreo::devices

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a source of frames is.
+#pragma once
+
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "devices/frame.hpp"
+
+namespace choreo::devices {
+
+/// What is known of a source before its frames are read.
+struct SourceInfo {
+  std::string name;                       ///< As the user wrote it.
+  cv::Size size;                          ///< Of every frame as delivered, in pixels.
+  double nominal_fps = 0;                 ///< Declared rate in Hz; 0 where none is declared. Times never rest on it.
+  std::optional<Nanoseconds> duration;    ///< Declared length; files lie about it.
+  bool repeatable = true;                 ///< Opening the same SOURCE again gives the same frames (a file, not a pipe).
+};
+
+/// Gives frames in order, one caller at a time.
+///
+/// Destroying a source stops it.
+/// @thread thread-bound
+class Source {
+ public:
+  virtual ~Source() = default;
+  Source() = default;
+  Source(const Source&) = delete;
+  Source& operator=(const Source&) = delete;
+
+  [[nodiscard]] virtual const SourceInfo& info() const = 0;
+
+  /// The next frame; null at the end, or when `stop` was requested while waiting.
+  /// @throws Error (failure) where the source breaks in a way that later frames cannot mend, such as a frame size
+  ///   that changes midway. A damaged or truncated recording is no error: the good frames come, then the end, and
+  ///   `warnings` says so.
+  virtual FramePtr read(std::stop_token stop) = 0;
+
+  /// One line for each thing that was not as it should be, so far.
+  [[nodiscard]] virtual std::vector<std::string> warnings() const { return {}; }
+};
+
+}  // namespace choreo::devices

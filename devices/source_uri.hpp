@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// How a SOURCE is written: a path or URI with settings behind a question mark.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace choreo::devices {
+
+/// A SOURCE taken apart: `scheme://location?key=value&key=value`, or a path with the same settings behind it.
+struct SourceUri {
+  std::string text;      ///< As the user wrote it.
+  std::string scheme;    ///< Lower case; empty for a plain path.
+  std::string location;  ///< Path or address, percent-decoded where there is a scheme.
+  std::map<std::string, std::string, std::less<>> settings;
+};
+
+/// Takes a SOURCE apart. A path that exists as written is a path, whatever characters its name contains. Of a network
+/// address (http, rtsp, ...) only the settings named in `own_settings` are taken out; the rest belongs to the server.
+/// @param exists  says whether a path exists.
+/// @throws Error (usage) on an empty text, a NUL byte, a malformed setting or one given twice.
+[[nodiscard]] SourceUri parse_source_uri(std::string_view text, bool (*exists)(const std::string& path));
+
+/// Reads a SOURCE's settings one by one and refuses what nobody asked for.
+///
+/// Every take_ function removes its key, returns the fallback where it is absent, and throws Error (usage) with the
+/// allowed range where the value does not fit.
+class SettingReader {
+ public:
+  explicit SettingReader(const SourceUri& uri) : text_(uri.text), settings_(uri.settings) {}
+
+  [[nodiscard]] double take_number(const std::string& key, double fallback, double least, double most);
+  [[nodiscard]] long long take_integer(const std::string& key, long long fallback, long long least, long long most);
+  [[nodiscard]] bool take_flag(const std::string& key, bool fallback);  ///< 1, true, yes, on; 0, false, no, off.
+  [[nodiscard]] std::string take_choice(const std::string& key, std::string fallback,
+                                        std::span<const std::string> choices);
+  [[nodiscard]] std::string take_text(const std::string& key, std::string fallback);
+
+  /// @throws Error (usage) where a setting was given that no take_ function asked for, naming the nearest known one.
+  void refuse_the_rest() const;
+
+ private:
+  std::optional<std::string> take(const std::string& key);
+
+  std::string text_;
+  std::map<std::string, std::string, std::less<>> settings_;
+  std::vector<std::string> known_;
+};
+
+}  // namespace choreo::devices

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a user or the world can cause, as one exception type.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace choreo {
+
+/// Who can mend it, which is also the exit status of the program.
+enum class Fault {
+  kFailure = 1,  ///< The world failed while running: disk full, a frame size that changes midway.
+  kUsage = 2,    ///< What was asked for cannot be done: a missing file, a value out of range.
+};
+
+/// The one exception for everything that a user or the world can cause.
+///
+/// `what` is one line without a full stop that names the value in quotes, `where` is the file, file:line:column or
+/// option it came from (may be empty), `hint` is what would be right (may be empty). Bugs of our own are asserts.
+class Error : public std::runtime_error {
+ public:
+  Error(Fault fault, std::string what, std::string where = {}, std::string hint = {})
+      : std::runtime_error(where.empty() ? what : where + ": " + what),
+        fault_(fault),
+        where_(std::move(where)),
+        hint_(std::move(hint)) {}
+
+  [[nodiscard]] Fault fault() const noexcept { return fault_; }
+  [[nodiscard]] const std::string& where() const noexcept { return where_; }
+  [[nodiscard]] const std::string& hint() const noexcept { return hint_; }
+
+ private:
+  Fault fault_;
+  std::string where_;
+  std::string hint_;
+};
+
+[[nodiscard]] inline Error usage_error(std::string what, std::string where = {}, std::string hint = {}) {
+  return {Fault::kUsage, std::move(what), std::move(where), std::move(hint)};
+}
+
+[[nodiscard]] inline Error failure(std::string what, std::string where = {}, std::string hint = {}) {
+  return {Fault::kFailure, std::move(what), std::move(where), std::move(hint)};
+}
+
+}  // namespace choreo

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Small text helpers: numbers that must be whole, the nearest name to a mistyped one.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace choreo {
+
+/// A finite number that is the whole of `text`, independent of the locale; nothing otherwise.
+[[nodiscard]] std::optional<double> parse_number(std::string_view text);
+
+/// A decimal integer that is the whole of `text`; nothing otherwise or on overflow.
+[[nodiscard]] std::optional<long long> parse_integer(std::string_view text);
+
+/// Edit distance with insertion, deletion, substitution and transposition of neighbours (optimal string alignment).
+[[nodiscard]] std::size_t edit_distance(std::string_view a, std::string_view b);
+
+/// The candidate nearest to `name`, if it is near enough that a person could have meant it.
+[[nodiscard]] std::optional<std::string> nearest_name(std::string_view name, std::span<const std::string> candidates);
+
+/// "a, b, c".
+[[nodiscard]] std::string join(std::span<const std::string> parts, std::string_view separator = ", ");
+
+/// `did you mean "x"?` where a candidate is near, otherwise `known: a, b, c`.
+[[nodiscard]] std::string hint_for_name(std::string_view name, std::span<const std::string> candidates);
+
+}  // namespace choreo
