@@ -2,7 +2,6 @@
 // Everything that can be set, as the typed options of the modules it belongs to.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,8 +15,7 @@ struct PlotSettings {
   std::string page = "light";     ///< light, dark.
   bool svg = false;               ///< Beside each PNG also an SVG.
   int width_px = 1600;
-  std::optional<double> low;   ///< The similarity drawn black; absent: from the data.
-  std::optional<double> high;  ///< The similarity drawn brightest.
+  std::string contrast = "full";    ///< full: 0 to 1; auto: stretched to what is there.
   int thumbnails = 8;          ///< How many pictures of the body stand along the axis, evenly.
   std::vector<double> thumbnails_at_s;  ///< At these times instead, s.
 };

@@ -252,14 +252,11 @@ std::vector<Field> make_schema() {
   fields.push_back(flag(
       "plot.svg", [](Options& o) -> bool& { return o.plot.svg; }, "Write each plot as SVG too."));
   fields.push_back(integer(
-      "plot.width_px", [](Options& o) -> int& { return o.plot.width_px; }, 400, 8000, "from 400 to 8000 pixels",
+      "plot.width_px", [](Options& o) -> int& { return o.plot.width_px; }, 320, 8000, "from 320 to 8000 pixels",
       "Width of the plots."));
-  fields.push_back(number_or_auto(
-      "plot.low", [](Options& o) -> std::optional<double>& { return o.plot.low; }, {0, 1}, "from 0 to 1, or \"auto\"",
-      "The similarity drawn black; auto: the 1st percentile of what is there."));
-  fields.push_back(number_or_auto(
-      "plot.high", [](Options& o) -> std::optional<double>& { return o.plot.high; }, {0, 1}, "from 0 to 1, or \"auto\"",
-      "The similarity drawn brightest; auto: 1."));
+  fields.push_back(text(
+      "plot.contrast", [](Options& o) -> std::string& { return o.plot.contrast; }, one_of({"full", "auto"}),
+      "\"full\" or \"auto\"", "Brightness from 0 to 1, or stretched from the least similarities of the clip to 1."));
   fields.push_back(integer(
       "plot.thumbnails", [](Options& o) -> int& { return o.plot.thumbnails; }, 0, 32, "from 0 to 32",
       "How many pictures of the body stand along the time axis."));
