@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "devices/video_file/video_stream.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <new>
+#include <string_view>
+#include <thread>
+
+#include <fmt/format.h>
+
+extern "C" {
+#include <libavutil/dict.h>
+}
+
+#include "core/error.hpp"
+
+namespace choreo::devices {
+namespace {
+
+constexpr const char* kWhatIsAVideo = "give a video that FFmpeg can play, such as clip.mp4 or clip.mkv";
+
+int should_interrupt(void* watch) {
+  const auto& w = *static_cast<const Watch*>(watch);
+  return w.stopped() || w.timed_out() ? 1 : 0;
+}
+
+// FFmpeg animates character art, and takes every text file for it.
+bool is_character_art(AVCodecID codec) {
+  static constexpr std::array kCodecs = {AV_CODEC_ID_ANSI, AV_CODEC_ID_BINTEXT, AV_CODEC_ID_XBIN, AV_CODEC_ID_IDF};
+  return std::find(kCodecs.begin(), kCodecs.end(), codec) != kCodecs.end();
+}
+
+// "00:00:10.033000000", as Matroska's statistics tags write a track's length.
+std::optional<Nanoseconds> parse_clock(const char* text) {
+  int hours = 0;
+  int minutes = 0;
+  double seconds = 0;
+  if (std::sscanf(text, "%d:%d:%lf", &hours, &minutes, &seconds) != 3) return std::nullopt;
+  if (hours < 0 || hours > 100'000 || minutes < 0 || minutes > 59 || !(seconds >= 0 && seconds < 61)) {
+    return std::nullopt;
+  }
+  return std::chrono::hours(hours) + std::chrono::minutes(minutes) + from_seconds(seconds);
+}
+
+}  // namespace
+
+void Watch::begin(std::stop_token stop, int patience_times) {
+  read_stop_ = std::move(stop);
+  deadline_ = std::chrono::steady_clock::now() + patience_ * patience_times;
+}
+
+VideoStream::VideoStream(const std::string& location, bool network, const OpenOptions& options, Nanoseconds patience)
+    : location_(location), network_(network), watch_(options.stop, network, patience), packet_(av_packet_alloc()) {
+  if (!packet_) throw std::bad_alloc();
+  silence_libav();
+  forget_libav_message();
+  open_container(location, network);
+  choose_stream();
+  open_decoder(options.threads);
+}
+
+void VideoStream::refuse(int code, std::string_view doing) const {
+  if (watch_.stopped()) throw failure(fmt::format("\"{}\": opening was interrupted", location_));
+  if (watch_.timed_out()) {
+    throw failure(fmt::format("\"{}\" does not answer: nothing came for {} s", location_, to_seconds(watch_.patience())),
+                  {}, "check the address and whether the sender runs");
+  }
+  const auto said = last_libav_message();
+  const auto cause = libav_error_text(code) + (said.empty() ? "" : fmt::format(" ({})", said));
+  if (network_) throw usage_error(fmt::format("\"{}\" cannot be opened: {}", location_, cause), {}, "check the address");
+  const bool lacks_index = said.find("moov atom not found") != std::string::npos;
+  throw usage_error(fmt::format("\"{}\" {}: {}", location_, doing, cause), {},
+                    lacks_index ? "the index at its end is missing: the recording was cut off or never finished"
+                                : kWhatIsAVideo);
+}
+
+void VideoStream::open_container(const std::string& location, bool network) {
+  auto* context = avformat_alloc_context();
+  if (context == nullptr) throw std::bad_alloc();
+  container_.reset(context);
+  context->interrupt_callback = {should_interrupt, &watch_};
+  AVDictionary* settings = nullptr;
+  std::string address = location;
+  if (network) {
+    // Over UDP a busy network loses packets, and every loss is a broken picture.
+    av_dict_set(&settings, "rtsp_flags", "prefer_tcp", 0);
+  } else {
+    bytes_ = std::make_unique<ByteInput>(location, [this] { return watch_.stopped(); });
+    context->pb = bytes_->context();
+    context->flags |= AVFMT_FLAG_CUSTOM_IO;
+    // A local playlist must not make us call out.
+    context->protocol_whitelist = av_strdup("file,crypto,data");
+    address = "file:" + location;
+  }
+  watch_.begin({});
+  (void)container_.release();  // avformat_open_input frees it where it fails.
+  const int opened = avformat_open_input(&context, address.c_str(), nullptr, &settings);
+  av_dict_free(&settings);
+  container_.reset(context);
+  if (opened < 0) refuse(opened, "is not a video that FFmpeg can read");
+
+  for (unsigned i = 0; i < context->nb_streams; ++i) {
+    if (is_character_art(context->streams[i]->codecpar->codec_id)) {
+      throw usage_error(fmt::format("\"{}\" is text, not a video", location_), {}, kWhatIsAVideo);
+    }
+  }
+  watch_.begin({}, 2);
+  const int known = avformat_find_stream_info(context, nullptr);
+  if (known < 0 || watch_.stopped() || watch_.timed_out()) refuse(known, "is not a video that FFmpeg can read");
+}
+
+void VideoStream::choose_stream() {
+  // The default track, then the largest, then the first; a cover picture is no video.
+  const auto rank = [](const AVStream& s) {
+    return std::pair((s.disposition & AV_DISPOSITION_DEFAULT) != 0,
+                     std::int64_t{s.codecpar->width} * s.codecpar->height);
+  };
+  std::string undecodable;
+  for (unsigned i = 0; i < container_->nb_streams; ++i) {
+    auto* candidate = container_->streams[i];
+    candidate->discard = AVDISCARD_ALL;
+    if (candidate->codecpar->codec_type != AVMEDIA_TYPE_VIDEO) continue;
+    if ((candidate->disposition & AV_DISPOSITION_ATTACHED_PIC) != 0) continue;
+    const auto* codec = avcodec_find_decoder(candidate->codecpar->codec_id);
+    if (codec == nullptr) {
+      undecodable = avcodec_get_name(candidate->codecpar->codec_id);
+    } else if (stream_ == nullptr || rank(*candidate) > rank(*stream_)) {
+      stream_ = candidate;
+      codec_ = codec;
+    }
+  }
+  if (stream_ == nullptr && !undecodable.empty()) {
+    throw usage_error(fmt::format("\"{}\": FFmpeg cannot decode its video, \"{}\"", location_, undecodable), {},
+                      kWhatIsAVideo);
+  }
+  if (stream_ == nullptr) {
+    throw usage_error(fmt::format("\"{}\" has no video, only {} (format \"{}\")", location_,
+                                  container_->nb_streams == 0 ? "empty tracks" : "sound, text or a cover picture",
+                                  container_->iformat->name),
+                      {}, kWhatIsAVideo);
+  }
+  stream_->discard = AVDISCARD_DEFAULT;
+}
+
+void VideoStream::open_decoder(int threads) {
+  decoder_.reset(avcodec_alloc_context3(codec_));
+  if (!decoder_) throw std::bad_alloc();
+  forget_libav_message();
+  int result = avcodec_parameters_to_context(decoder_.get(), stream_->codecpar);
+  decoder_->pkt_timebase = stream_->time_base;
+  decoder_->thread_count = std::max(threads, 0);
+  // Twice 8K in each direction: larger sizes come from damaged headers, and would only exhaust memory.
+  decoder_->max_pixels = std::int64_t{16384} * 16384;
+  if (result >= 0) result = avcodec_open2(decoder_.get(), codec_, nullptr);
+  if (result < 0) refuse(result, fmt::format("holds \"{}\" video that FFmpeg cannot decode", codec_->name));
+}
+
+double VideoStream::nominal_fps() const {
+  for (const auto rate : {stream_->avg_frame_rate, stream_->r_frame_rate}) {
+    // Above 1000 Hz FFmpeg's second guess is the time base and not a rate.
+    if (rate.num > 0 && rate.den > 0 && av_q2d(rate) <= 1000.0) return av_q2d(rate);
+  }
+  return 0;
+}
+
+std::optional<Nanoseconds> VideoStream::declared_duration() const {
+  if (const auto* tag = av_dict_get(stream_->metadata, "DURATION", nullptr, 0)) {
+    if (const auto duration = parse_clock(tag->value)) return duration;
+  }
+  if (container_->duration_estimation_method != AVFMT_DURATION_FROM_STREAM) return std::nullopt;
+  if (const auto duration = libav_time(stream_->duration, stream_->time_base); duration && duration->count() > 0) {
+    return duration;
+  }
+  if (container_->nb_streams > 1) return std::nullopt;
+  const auto duration = libav_time(container_->duration, AVRational{1, AV_TIME_BASE});
+  return duration && duration->count() > 0 ? duration : std::nullopt;
+}
+
+// Gives the decoder one packet, or the end. False where a stop was requested.
+bool VideoStream::feed() {
+  for (;;) {
+    av_packet_unref(packet_.get());
+    int result = av_read_frame(container_.get(), packet_.get());
+    if (result == 0 && packet_->stream_index != stream_->index) continue;
+    if (result < 0) {
+      if (watch_.stopped()) return false;
+      if (watch_.timed_out()) {
+        throw failure(fmt::format("\"{}\" fell silent: nothing came for {} s", location_,
+                                  to_seconds(watch_.patience())));
+      }
+      if (result == AVERROR(EAGAIN)) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        continue;
+      }
+      if (result == AVERROR_EOF && container_->pb != nullptr && container_->pb->error < 0) result = container_->pb->error;
+      if (result != AVERROR_EOF) read_error_ = result;
+      if (read_error_ != 0 && network_) {
+        throw failure(fmt::format("\"{}\": the connection broke: {}", location_, libav_error_text(read_error_)));
+      }
+      draining_ = true;
+      (void)avcodec_send_packet(decoder_.get(), nullptr);
+      return true;
+    }
+    if (packet_->size == 0) continue;
+    // The mark travels with the packet through reordering and decoder threads, and comes out on its frame.
+    const bool damaged = (packet_->flags & AV_PKT_FLAG_CORRUPT) != 0 ||
+                         (codec_->id == AV_CODEC_ID_FFV1 &&
+                          ffv1_check_.is_damaged({packet_->data, static_cast<std::size_t>(packet_->size)}));
+    decoder_->reordered_opaque = damaged ? 1 : 0;
+    result = avcodec_send_packet(decoder_.get(), packet_.get());
+    if (result == AVERROR(ENOMEM)) throw std::bad_alloc();
+    if (result < 0 && result != AVERROR(EAGAIN)) ++damaged_;
+    return true;
+  }
+}
+
+VideoStream::Outcome VideoStream::next(AVFrame& frame, std::stop_token stop) {
+  constexpr int kMostErrorsWhileDraining = 256;
+  watch_.begin(std::move(stop));
+  for (;;) {
+    if (watch_.stopped()) return Outcome::kStopped;
+    const int result = avcodec_receive_frame(decoder_.get(), &frame);
+    if (result == 0) {
+      errors_in_a_row_ = 0;
+      if (frame.width <= 0 || frame.height <= 0 || (frame.flags & AV_FRAME_FLAG_CORRUPT) != 0 ||
+          frame.decode_error_flags != 0 || frame.reordered_opaque == 1) {
+        ++damaged_;
+        av_frame_unref(&frame);
+        continue;
+      }
+      damaged_before_last_good_ = damaged_;
+      return Outcome::kFrame;
+    }
+    if (result == AVERROR(ENOMEM)) throw std::bad_alloc();
+    if (result == AVERROR_EOF || (result == AVERROR(EAGAIN) && draining_)) return Outcome::kEnd;
+    if (result == AVERROR(EAGAIN)) {
+      if (!feed()) return Outcome::kStopped;
+    } else {
+      ++damaged_;
+      if (draining_ && ++errors_in_a_row_ > kMostErrorsWhileDraining) return Outcome::kEnd;
+    }
+  }
+}
+
+}  // namespace choreo::devices
