@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/config.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <system_error>
+#include <vector>
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include "config/schema.hpp"
+#include "core/error.hpp"
+#include "core/text.hpp"
+
+namespace choreo::config {
+namespace {
+
+constexpr std::uintmax_t kMostBytes = 1U << 20;
+
+const Field* find(const std::string& key) {
+  const auto& fields = schema();
+  const auto found = std::find_if(fields.begin(), fields.end(), [&](const Field& f) { return f.key == key; });
+  return found == fields.end() ? nullptr : &*found;
+}
+
+bool is_section(const std::string& name) {
+  const auto& fields = schema();
+  return std::any_of(fields.begin(), fields.end(), [&](const Field& f) { return f.key.starts_with(name + "."); });
+}
+
+std::vector<std::string> known_keys() {
+  std::vector<std::string> keys;
+  for (const auto& field : schema()) keys.push_back(field.key);
+  return keys;
+}
+
+[[noreturn]] void refuse_key(const std::string& key, const std::string& where) {
+  auto keys = known_keys();
+  if (const auto near = nearest_name(key, keys)) {
+    throw usage_error(fmt::format("unknown setting \"{}\"", key), where, fmt::format("did you mean \"{}\"?", *near));
+  }
+  // A key may be right and its section wrong or missing.
+  const auto last = key.substr(key.rfind('.') + 1);
+  for (const auto& known : keys) {
+    if (edit_distance(known.substr(known.rfind('.') + 1), last) <= last.size() / 4) {
+      throw usage_error(fmt::format("unknown setting \"{}\"", key), where, fmt::format("did you mean \"{}\"?", known));
+    }
+  }
+  throw usage_error(fmt::format("unknown setting \"{}\"", key), where,
+                    "`choreoscope config show` lists every setting");
+}
+
+std::string text_of(const toml::node& node) {
+  std::ostringstream out;
+  if (const auto* s = node.as_string()) return "\"" + s->get() + "\"";
+  node.visit([&](const auto& value) { out << value; });
+  auto text = out.str();
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  constexpr std::size_t kMost = 60;
+  if (text.size() > kMost) text = text.substr(0, kMost) + "...";
+  return text;
+}
+
+void apply(Options& options, const Field& field, const toml::node& node, const std::string& where) {
+  if (field.set(options, node)) return;
+  throw usage_error(fmt::format("{} is {}", field.key, text_of(node)), where,
+                    fmt::format("{} is {}", field.key, field.range));
+}
+
+std::string place(const std::string& name, const toml::source_region& source) {
+  return fmt::format("{}:{}:{}", name, source.begin.line, source.begin.column);
+}
+
+}  // namespace
+
+void Config::load_file(const std::filesystem::path& path) {
+  const auto name = path.string();
+  std::error_code problem;
+  const auto status = std::filesystem::status(path, problem);
+  if (status.type() == std::filesystem::file_type::not_found) {
+    throw usage_error("no such configuration file", name, "ready-made ones lie in config/presets");
+  }
+  if (std::filesystem::is_directory(status)) throw usage_error("is a folder, not a configuration file", name);
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw usage_error("the configuration file cannot be read", name);
+  std::string text;
+  // Read, not asked for: a pipe has no size.
+  std::vector<char> buffer(kMostBytes + 1);
+  file.read(buffer.data(), std::streamsize(buffer.size()));
+  text.assign(buffer.data(), std::size_t(file.gcount()));
+  if (file.bad()) throw usage_error("the configuration file cannot be read", name);
+  if (text.size() > kMostBytes) throw usage_error("is larger than 1 MiB: no configuration file", name);
+  load_text(text, name);
+}
+
+void Config::load_text(std::string_view text, const std::string& name) {
+  toml::table table;
+  try {
+    table = toml::parse(text, std::string_view(name));
+  } catch (const toml::parse_error& error) {
+    throw usage_error(std::string(error.description()), place(name, error.source()),
+                      "the file is not TOML; write key = value under [section] headings");
+  }
+  auto options = options_;
+  auto origins = origins_;
+  for (const auto& [section_key, section_node] : table) {
+    const std::string section(section_key.str());
+    const auto* section_table = section_node.as_table();
+    if (section_table == nullptr || !is_section(section)) {
+      if (section_table != nullptr) {
+        // Name the setting inside: its section is what is mistyped or missing.
+        for (const auto& [key, node] : *section_table) {
+          refuse_key(section + "." + std::string(key.str()), place(name, key.source()));
+        }
+      }
+      refuse_key(section, place(name, section_key.source()));
+    }
+    for (const auto& [key, node] : *section_table) {
+      const auto full = section + "." + std::string(key.str());
+      const auto* field = find(full);
+      if (field == nullptr) refuse_key(full, place(name, key.source()));
+      apply(options, *field, node, place(name, node.source()));
+      origins[full] = fmt::format("{}:{}", name, node.source().begin.line);
+    }
+  }
+  options_ = std::move(options);
+  origins_ = std::move(origins);
+}
+
+void Config::set(std::string_view assignment, const std::string& option) {
+  const auto equals = assignment.find('=');
+  const auto where = fmt::format("{} {}", option, assignment);
+  if (equals == std::string_view::npos || equals == 0) {
+    throw usage_error("is not of the form key=value", where, "for instance --set mask.steps=3");
+  }
+  const std::string key(assignment.substr(0, equals));
+  const auto value = assignment.substr(equals + 1);
+  const auto* field = find(key);
+  if (field == nullptr) refuse_key(key, where);
+  if (value.find('\n') == std::string_view::npos) {
+    try {
+      const auto table = toml::parse(fmt::format("value = {}", value));
+      if (table.size() == 1 && table.contains("value")) {
+        apply(options_, *field, *table.get("value"), where);
+        origins_[key] = option;
+        return;
+      }
+    } catch (const toml::parse_error&) {
+      // Not a TOML value; perhaps a bare word.
+    }
+  }
+  if (!field->text) {
+    throw usage_error(fmt::format("{} is \"{}\"", key, value), where, fmt::format("{} is {}", key, field->range));
+  }
+  apply(options_, *field, toml::value<std::string>(std::string(value)), where);
+  origins_[key] = option;
+}
+
+void Config::set_text(const std::string& key, const std::string& value, const std::string& option) {
+  const auto* field = find(key);
+  apply(options_, *field, toml::value<std::string>(value), option);
+  origins_[key] = option;
+}
+
+std::string Config::origin(const std::string& key) const {
+  const auto found = origins_.find(key);
+  return found == origins_.end() ? "default" : found->second;
+}
+
+std::string Config::show() const {
+  std::string out;
+  std::string section;
+  for (const auto& field : schema()) {
+    const auto dot = field.key.find('.');
+    const auto here = field.key.substr(0, dot);
+    if (here != section) {
+      out += fmt::format("{}[{}]\n", section.empty() ? "" : "\n", here);
+      section = here;
+    }
+    out += fmt::format("# {}\n# {}\n", field.help, field.range);
+    out += fmt::format("{} = {}  # {}\n", field.key.substr(dot + 1), field.print(options_), origin(field.key));
+  }
+  return out;
+}
+
+}  // namespace choreo::config

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// Everything that can be set, as the typed options of the modules it belongs to.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "vision/body_masker.hpp"
+
+namespace choreo::config {
+
+/// What the plots look like; the drawing's own options are made of it.
+struct PlotSettings {
+  std::string channels = "both";  ///< both, z, zstar.
+  std::string page = "light";     ///< light, dark.
+  bool svg = false;               ///< Beside each PNG also an SVG.
+  int width_px = 1600;
+  std::string contrast = "full";    ///< full: 0 to 1; auto: stretched to what is there.
+  int thumbnails = 8;          ///< How many pictures of the body stand along the axis, evenly.
+  std::vector<double> thumbnails_at_s;  ///< At these times instead, s.
+};
+
+/// The whole configuration.
+struct Options {
+  std::string background = "auto";  ///< auto, first:T or a path.
+  int working_rows = 480;           ///< Masks and states are made of pictures with at most so many rows; 0: no limit.
+  vision::MaskOptions mask;
+  double motion_window_s = 0.15;
+  PlotSettings plot;
+
+};
+
+}  // namespace choreo::config

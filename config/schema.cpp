@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/schema.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace choreo::config {
+namespace {
+
+// Integers are numbers too: 2 may stand for 2.0.
+std::optional<double> number_of(const toml::node& node) {
+  if (const auto* value = node.as_floating_point()) {
+    return std::isfinite(value->get()) ? std::optional(value->get()) : std::nullopt;
+  }
+  if (const auto* value = node.as_integer()) return double(value->get());
+  return std::nullopt;
+}
+
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    if (static_cast<unsigned char>(c) < 0x20) {
+      out += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
+    } else {
+      out += c;
+    }
+  }
+  return out + "\"";
+}
+
+struct Range {
+  double least;
+  double most;
+  bool open_below = false;  // The least value itself is not allowed.
+  [[nodiscard]] bool holds(double x) const { return (open_below ? x > least : x >= least) && x <= most; }
+};
+
+// `at` gives the place of the value in the options.
+template <typename At>
+Field number(std::string key, At at, Range range, std::string range_text, std::string help) {
+  return {std::move(key), std::move(range_text), std::move(help), false,
+          [=](Options& o, const toml::node& node) {
+            const auto value = number_of(node);
+            if (!value || !range.holds(*value)) return false;
+            at(o) = *value;
+            return true;
+          },
+          [=](const Options& o) { return fmt::format("{}", at(const_cast<Options&>(o))); }};
+}
+
+template <typename At>
+Field number_or_auto(std::string key, At at, Range range, std::string range_text, std::string help) {
+  return {std::move(key), std::move(range_text), std::move(help), true,
+          [=](Options& o, const toml::node& node) {
+            if (const auto* word = node.as_string()) {
+              if (word->get() != "auto") return false;
+              at(o) = std::nullopt;
+              return true;
+            }
+            const auto value = number_of(node);
+            if (!value || !range.holds(*value)) return false;
+            at(o) = *value;
+            return true;
+          },
+          [=](const Options& o) {
+            const auto& value = at(const_cast<Options&>(o));
+            return value ? fmt::format("{}", *value) : std::string("\"auto\"");
+          }};
+}
+
+template <typename At>
+Field integer(std::string key, At at, int least, int most, std::string range_text, std::string help) {
+  return {std::move(key), std::move(range_text), std::move(help), false,
+          [=](Options& o, const toml::node& node) {
+            const auto* value = node.as_integer();
+            if (value == nullptr || value->get() < least || value->get() > most) return false;
+            at(o) = static_cast<int>(value->get());
+            return true;
+          },
+          [=](const Options& o) { return fmt::format("{}", at(const_cast<Options&>(o))); }};
+}
+
+template <typename At>
+Field flag(std::string key, At at, std::string help) {
+  return {std::move(key), "true or false", std::move(help), false,
+          [=](Options& o, const toml::node& node) {
+            const auto* value = node.as_boolean();
+            if (value == nullptr) return false;
+            at(o) = value->get();
+            return true;
+          },
+          [=](const Options& o) { return std::string(at(const_cast<Options&>(o)) ? "true" : "false"); }};
+}
+
+template <typename At>
+Field text(std::string key, At at, std::function<bool(const std::string&)> fits, std::string range_text,
+           std::string help) {
+  return {std::move(key), std::move(range_text), std::move(help), true,
+          [=, fits = std::move(fits)](Options& o, const toml::node& node) {
+            const auto* value = node.as_string();
+            if (value == nullptr || !fits(value->get())) return false;
+            at(o) = value->get();
+            return true;
+          },
+          [=](const Options& o) { return quoted(at(const_cast<Options&>(o))); }};
+}
+
+std::function<bool(const std::string&)> one_of(std::vector<std::string> choices) {
+  return [choices = std::move(choices)](const std::string& s) {
+    return std::find(choices.begin(), choices.end(), s) != choices.end();
+  };
+}
+
+std::optional<std::vector<double>> numbers_of(const toml::node& node) {
+  const auto* array = node.as_array();
+  if (array == nullptr) return std::nullopt;
+  std::vector<double> numbers;
+  for (const auto& item : *array) {
+    const auto value = number_of(item);
+    if (!value) return std::nullopt;
+    numbers.push_back(*value);
+  }
+  return numbers;
+}
+
+std::optional<vision::Zone> zone_of(const toml::node& node) {
+  const auto n = numbers_of(node);
+  if (!n || n->size() != 4) return std::nullopt;
+  const vision::Zone zone{(*n)[0], (*n)[1], (*n)[2], (*n)[3]};
+  const bool fits = zone.x0 >= 0 && zone.x0 < zone.x1 && zone.x1 <= 1 && zone.y0 >= 0 && zone.y0 < zone.y1 && zone.y1 <= 1;
+  return fits ? std::optional(zone) : std::nullopt;
+}
+
+std::string print_zone(const vision::Zone& z) { return fmt::format("[{}, {}, {}, {}]", z.x0, z.y0, z.x1, z.y1); }
+
+Field zone(std::string key, vision::Zone& (*at)(Options&), std::string range_text, std::string help) {
+  return {std::move(key), std::move(range_text), std::move(help), false,
+          [=](Options& o, const toml::node& node) {
+            const auto value = zone_of(node);
+            if (value) at(o) = *value;
+            return value.has_value();
+          },
+          [=](const Options& o) { return print_zone(at(const_cast<Options&>(o))); }};
+}
+
+Field zones(std::string key, std::vector<vision::Zone>& (*at)(Options&), std::string range_text, std::string help) {
+  constexpr std::size_t kMost = 64;
+  return {std::move(key), std::move(range_text), std::move(help), false,
+          [=](Options& o, const toml::node& node) {
+            const auto* array = node.as_array();
+            if (array == nullptr || array->size() > kMost) return false;
+            std::vector<vision::Zone> all;
+            for (const auto& item : *array) {
+              const auto value = zone_of(item);
+              if (!value) return false;
+              all.push_back(*value);
+            }
+            at(o) = std::move(all);
+            return true;
+          },
+          [=](const Options& o) {
+            std::vector<std::string> all;
+            for (const auto& z : at(const_cast<Options&>(o))) all.push_back(print_zone(z));
+            return fmt::format("[{}]", fmt::join(all, ", "));
+          }};
+}
+
+Field times(std::string key, std::vector<double>& (*at)(Options&), std::string range_text, std::string help) {
+  constexpr std::size_t kMost = 64;
+  return {std::move(key), std::move(range_text), std::move(help), false,
+          [=](Options& o, const toml::node& node) {
+            auto all = numbers_of(node);
+            if (!all || all->size() > kMost || std::any_of(all->begin(), all->end(), [](double t) { return t < 0; })) {
+              return false;
+            }
+            at(o) = std::move(*all);
+            return true;
+          },
+          [=](const Options& o) { return fmt::format("[{}]", fmt::join(at(const_cast<Options&>(o)), ", ")); }};
+}
+
+std::vector<Field> make_schema() {
+  std::vector<Field> fields;
+  fields.push_back(text(
+      "background.from", [](Options& o) -> std::string& { return o.background; },
+      [](const std::string& s) { return !s.empty(); },
+      "\"auto\", \"first:T\" (T a duration such as 1s), or the path of a picture of the empty room",
+      "Where the picture of the empty room comes from: estimated over the whole clip, the median of its beginning, or a plate."));
+  fields.push_back(number(
+      "background.follow_s", [](Options& o) -> double& { return o.mask.follow_s; }, {0, 3600}, "from 0 (off) to 3600 s",
+      "Time constant with which the background follows slow changes of light, outside the body."));
+  fields.push_back(number(
+      "background.sudden_percent", [](Options& o) -> double& { return o.mask.sudden_percent; }, {1, 100},
+      "from 1 to 100 % of the picture (100: off)",
+      "A change of more than this share of the picture is a change of light or scene, not a body."));
+  fields.push_back(number(
+      "background.relearn_s", [](Options& o) -> double& { return o.mask.relearn_s; }, {0, 60}, "from 0 to 60 s",
+      "How long the background is learned anew after a change of scene; so long there is no body."));
+
+  fields.push_back(number_or_auto(
+      "mask.threshold", [](Options& o) -> std::optional<double>& { return o.mask.threshold; }, {0, 255, true},
+      "above 0 and at most 255 grey levels, or \"auto\"",
+      "How much a pixel must differ from the background to be body; auto takes it from the measured noise."));
+  fields.push_back(number(
+      "mask.noise_factor", [](Options& o) -> double& { return o.mask.noise_factor; }, {1, 20}, "from 1 to 20",
+      "The automatic threshold over the standard deviation of the noise."));
+  fields.push_back(number(
+      "mask.least_threshold", [](Options& o) -> double& { return o.mask.least_threshold; }, {1, 255},
+      "from 1 to 255 grey levels", "The automatic threshold is never lower."));
+  fields.push_back(integer(
+      "mask.steps", [](Options& o) -> int& { return o.mask.steps; }, 0, 32, "from 0 to 32 pixels",
+      "Annealing: so many grow steps, then as many shrink steps; closes gaps up to twice as wide."));
+  fields.push_back(flag(
+      "mask.half_contrast_edge", [](Options& o) -> bool& { return o.mask.half_contrast_edge; },
+      "Take back edge pixels that are more wall than body."));
+  fields.push_back(flag(
+      "mask.largest_only", [](Options& o) -> bool& { return o.mask.largest_only; },
+      "Keep the largest connected part alone: one performer, and passers-by are ignored."));
+  fields.push_back(number(
+      "mask.speck_percent", [](Options& o) -> double& { return o.mask.speck_percent; }, {0, 100},
+      "from 0 to 100 % of the picture", "Connected parts smaller than this go."));
+  fields.push_back(number(
+      "mask.min_body_percent", [](Options& o) -> double& { return o.mask.min_body_percent; }, {0, 100},
+      "from 0 to 100 % of the picture", "A mask smaller than this is no body."));
+  fields.push_back(zone(
+      "mask.roi", [](Options& o) -> vision::Zone& { return o.mask.roi; },
+      "[left, top, right, bottom] in fractions of the picture, 0 to 1", "Only what lies inside can be body."));
+  fields.push_back(zones(
+      "mask.ignore", [](Options& o) -> std::vector<vision::Zone>& { return o.mask.ignore; },
+      "a list of at most 64 zones like mask.roi", "What lies inside any of these is no body: a screen, a fan, a mirror."));
+
+  fields.push_back(integer(
+      "working.rows", [](Options& o) -> int& { return o.working_rows; }, 0, 8640, "from 0 (the picture's own) to 8640 rows",
+      "Masks and states are made of pictures scaled down to at most so many rows."));
+  fields.push_back(number(
+      "motion.window_s", [](Options& o) -> double& { return o.motion_window_s; }, {0, 10, true}, "above 0 and at most 10 s",
+      "How far back the quantity of motion looks."));
+
+  fields.push_back(text(
+      "plot.channels", [](Options& o) -> std::string& { return o.plot.channels; }, one_of({"both", "z", "zstar"}),
+      "\"both\", \"z\" or \"zstar\"", "Z in red with Z* in cyan, or one of them alone in grey."));
+  fields.push_back(text(
+      "plot.page", [](Options& o) -> std::string& { return o.plot.page; }, one_of({"light", "dark"}),
+      "\"light\" or \"dark\"", "A page to print or one to project."));
+  fields.push_back(flag(
+      "plot.svg", [](Options& o) -> bool& { return o.plot.svg; }, "Write each plot as SVG too."));
+  fields.push_back(integer(
+      "plot.width_px", [](Options& o) -> int& { return o.plot.width_px; }, 320, 8000, "from 320 to 8000 pixels",
+      "Width of the plots."));
+  fields.push_back(text(
+      "plot.contrast", [](Options& o) -> std::string& { return o.plot.contrast; }, one_of({"full", "auto"}),
+      "\"full\" or \"auto\"", "Brightness from 0 to 1, or stretched from the least similarities of the clip to 1."));
+  fields.push_back(integer(
+      "plot.thumbnails", [](Options& o) -> int& { return o.plot.thumbnails; }, 0, 32, "from 0 to 32",
+      "How many pictures of the body stand along the time axis."));
+  fields.push_back(times(
+      "plot.thumbnails_at_s", [](Options& o) -> std::vector<double>& { return o.plot.thumbnails_at_s; },
+      "a list of at most 64 times of 0 s or more", "At which times they stand; empty: evenly spread."));
+  return fields;
+}
+
+}  // namespace
+
+const std::vector<Field>& schema() {
+  static const auto fields = make_schema();
+  return fields;
+}
+
+}  // namespace choreo::config

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/background.hpp"
+
+#include <algorithm>
+#include <deque>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+#include "pipeline/working_size.hpp"
+
+namespace choreo::pipeline {
+namespace {
+
+constexpr std::size_t kMostPictures = 120;
+constexpr std::size_t kLeastPictures = 8;
+constexpr std::size_t kPictureBytes = std::size_t{256} << 20;  // Of all pictures together.
+constexpr Nanoseconds kFirstOfUnrepeatable = std::chrono::seconds(1);
+
+// Keeps pictures evenly spread over a stream of unknown length: every `step`-th, and with twice the step whenever
+// there are too many.
+class EvenSampler {
+ public:
+  EvenSampler(cv::Size size, std::size_t most) : size_(size), most_(most) {}
+
+  void add(const cv::Mat& picture) {
+    const auto number = seen_++;
+    if (number % step_ != 0) return;
+    if (kept_.size() == most_) {
+      std::size_t k = 0;
+      for (std::size_t i = 0; i < kept_.size(); i += 2) kept_[k++] = kept_[i];
+      kept_.resize(k);
+      step_ *= 2;
+      if (number % step_ != 0) return;
+    }
+    // A copy where the picture is not scaled: frames go back to their pool.
+    kept_.push_back(picture.size() == size_ ? picture.clone() : at_working_size(picture, size_));
+  }
+
+  [[nodiscard]] const std::vector<cv::Mat>& pictures() const { return kept_; }
+
+ private:
+  cv::Size size_;
+  std::size_t most_;
+  std::size_t seen_ = 0;
+  std::size_t step_ = 1;
+  std::vector<cv::Mat> kept_;
+};
+
+// Gives frames again that were read already, then the rest.
+class ResumedSource final : public devices::Source {
+ public:
+  ResumedSource(std::deque<devices::FramePtr> read, std::unique_ptr<devices::Source> rest)
+      : read_(std::move(read)), rest_(std::move(rest)) {}
+
+  [[nodiscard]] const devices::SourceInfo& info() const override { return rest_->info(); }
+  devices::FramePtr read(std::stop_token stop) override {
+    if (read_.empty()) return rest_->read(std::move(stop));
+    auto frame = std::move(read_.front());
+    read_.pop_front();
+    return frame;
+  }
+  [[nodiscard]] std::vector<std::string> warnings() const override { return rest_->warnings(); }
+
+ private:
+  std::deque<devices::FramePtr> read_;
+  std::unique_ptr<devices::Source> rest_;
+};
+
+[[noreturn]] void refuse_empty(const devices::Source& source) {
+  throw usage_error(fmt::format("\"{}\" has no frames", source.info().name));
+}
+
+}  // namespace
+
+BackgroundSpec parse_background(std::string_view text) {
+  BackgroundSpec spec;
+  if (text == "auto") return spec;
+  if (text.starts_with("first:")) {
+    spec.kind = BackgroundSpec::Kind::kFirst;
+    spec.first = parse_duration(text.substr(6));
+    if (spec.first <= Nanoseconds{0}) {
+      throw usage_error(fmt::format("background \"{}\" is the median of no time at all", text), {},
+                        "write first:1s for the first second");
+    }
+    return spec;
+  }
+  if (text.empty()) {
+    throw usage_error("the background is empty", {}, "write auto, first:1s, or the path of a picture of the empty room");
+  }
+  spec.kind = BackgroundSpec::Kind::kPlate;
+  spec.plate = std::string(text);
+  return spec;
+}
+
+std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Source> source, const BackgroundSpec& spec,
+                                                  const cv::Mat& plate, int working_rows,
+                                                  const std::function<std::unique_ptr<devices::Source>()>& reopen,
+                                                  const std::function<void(double)>& progress,
+                                                  const std::stop_token& stop) {
+  LearnedBackground learned;
+  const auto frame_size = source->info().size;
+  const auto size = working_size(frame_size, working_rows);
+  const bool repeatable = source->info().repeatable;
+  const bool given = spec.kind == BackgroundSpec::Kind::kPlate;
+  const bool whole = spec.kind == BackgroundSpec::Kind::kAuto && repeatable;
+  const auto least_time = spec.kind == BackgroundSpec::Kind::kFirst ? spec.first : kFirstOfUnrepeatable;
+
+  if (given && plate.size() != frame_size) {
+    throw usage_error(fmt::format("the plate \"{}\" is {} x {} pixels, the frames of \"{}\" are {} x {}", spec.plate,
+                                  plate.cols, plate.rows, source->info().name, frame_size.width, frame_size.height),
+                      {}, "take the plate with the same camera and settings as the recording");
+  }
+  const auto bytes = std::size_t(size.area()) * 3;
+  EvenSampler sampler(size, std::clamp(kPictureBytes / bytes, kLeastPictures, kMostPictures));
+  std::deque<devices::FramePtr> kept;
+  std::optional<Nanoseconds> origin;
+  // A given plate still needs some pictures: the sensor's noise is in them, not in the plate.
+  constexpr Nanoseconds kNoiseTime = std::chrono::seconds(1);
+  while (auto frame = source->read(stop)) {
+    if (!origin) origin = frame->device_time;
+    const auto time = frame->device_time - *origin;
+    if (!repeatable) kept.push_back(frame);
+    if (!whole && time >= (given ? kNoiseTime : least_time)) break;
+    ++learned.frames_read;
+    sampler.add(frame->bgr);
+    if (progress) {
+      const auto duration = whole ? source->info().duration.value_or(Nanoseconds{0}) : least_time;
+      progress(duration > Nanoseconds{0} ? std::min(1.0, to_seconds(time) / to_seconds(duration)) : -1.0);
+    }
+  }
+  if (stop.stop_requested()) return std::nullopt;
+  const auto& pictures = sampler.pictures();
+  if (pictures.empty()) refuse_empty(*source);
+
+  if (given) {
+    learned.estimate = vision::judge_plate(at_working_size(plate, size), pictures);
+    learned.estimate.unseen = 0;  // Whoever gives a plate has seen the room.
+  } else {
+    learned.estimate = whole ? vision::estimate_background(pictures)
+                             : vision::judge_plate(vision::median_plate(pictures), pictures);
+    learned.pictures = pictures.size();
+  }
+  if (stop.stop_requested()) return std::nullopt;
+  if (repeatable) {
+    source.reset();
+    learned.source = reopen();
+  } else {
+    learned.source = std::make_unique<ResumedSource>(std::move(kept), std::move(source));
+  }
+  return learned;
+}
+
+}  // namespace choreo::pipeline

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Finds the background of a source before its frames are analysed.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <string_view>
+
+#include "core/time.hpp"
+#include "devices/source.hpp"
+#include "vision/background_estimate.hpp"
+
+namespace choreo::pipeline {
+
+/// Where the background comes from: `auto`, `first:T` or the path of a picture of the empty room.
+struct BackgroundSpec {
+  enum class Kind { kAuto, kFirst, kPlate };
+  Kind kind = Kind::kAuto;
+  Nanoseconds first{0};  ///< T.
+  std::string plate;     ///< Path.
+};
+
+/// @throws Error (usage) where `first:` is not followed by a duration above 0.
+[[nodiscard]] BackgroundSpec parse_background(std::string_view text);
+
+struct LearnedBackground {
+  vision::BackgroundEstimate estimate;  ///< At the working size.
+  std::size_t pictures = 0;             ///< That taught it; 0 for a plate.
+  std::uint64_t frames_read = 0;
+  /// The source to read from now on: it gives every frame from the first, those that taught the background included.
+  std::unique_ptr<devices::Source> source;
+};
+
+/// Learns the background of `source`.
+/// @param plate  CV_8UC3 of the source's size, for Kind::kPlate.
+/// @param reopen  opens the same source again; used where the source is repeatable. From one that is not, `auto`
+///   becomes the median of its first second, whose frames are kept and given again.
+/// @param progress  called with the share of the source read, 0 to 1, or less than 0 where the length is unknown.
+/// @return nothing where `stop` was requested.
+/// @throws Error (usage) where there is no frame, or the plate is of another size than the frames.
+[[nodiscard]] std::optional<LearnedBackground> learn_background(
+    std::unique_ptr<devices::Source> source, const BackgroundSpec& spec, const cv::Mat& plate, int working_rows,
+    const std::function<std::unique_ptr<devices::Source>()>& reopen, const std::function<void(double)>& progress,
+    const std::stop_token& stop);
+
+}  // namespace choreo::pipeline

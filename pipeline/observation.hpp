@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is known of one frame; travels the whole way and gains fields.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include <opencv2/core/mat.hpp>
+
+#include "body/mask_state.hpp"
+#include "core/time.hpp"
+#include "devices/frame.hpp"
+#include "vision/body_masker.hpp"
+
+namespace choreo::pipeline {
+
+/// One frame and everything said of it so far. A stage fills its fields and never touches another's.
+struct Observation {
+  // From the reader.
+  std::uint64_t index = 0;    ///< Counts the frames taken, from 0.
+  Nanoseconds time{0};        ///< Since the source's first frame.
+  devices::FramePtr frame;
+
+  // From PictureStage.
+  cv::Mat picture;  ///< CV_8UC3 at the working resolution.
+
+  // From MaskStage.
+  vision::MaskResult mask;  ///< At the working resolution.
+
+  // From StateStage; absent without a body.
+  std::unique_ptr<const body::MaskState> state;
+  double quantity_of_motion = 0;  ///< See body::MotionMeter; 0 without a body.
+  double contraction = 0;         ///< See body::contraction; 0 without a body.
+};
+
+using ObservationPtr = std::unique_ptr<Observation>;
+
+}  // namespace choreo::pipeline

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// The resolution at which a picture is looked at.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+
+namespace choreo::pipeline {
+
+/// The size with at most `rows` rows (0: no limit) and the picture's own shape; never larger than the picture, and at
+/// least one pixel either way.
+[[nodiscard]] cv::Size working_size(cv::Size picture, int rows);
+
+/// The picture at that size, each pixel the mean of what it covers. The same picture where nothing changes.
+[[nodiscard]] cv::Mat at_working_size(const cv::Mat& picture, cv::Size size);
+
+}  // namespace choreo::pipeline

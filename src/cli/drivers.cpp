@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/drivers.hpp"
+
+#include "devices/image_folder/image_folder.hpp"
+#include "devices/synthetic/synthetic_source.hpp"
+#include "devices/video_file/video_file.hpp"
+
+namespace choreo::cli {
+
+devices::Registry all_drivers() {
+  devices::Registry registry;
+  registry.add(devices::video_file_driver());
+  registry.add(devices::image_folder_driver());
+  registry.add(devices::synthetic_driver());
+  return registry;
+}
+
+}  // namespace choreo::cli

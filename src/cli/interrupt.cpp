@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/interrupt.hpp"
+
+#include <pthread.h>
+
+#include <csignal>
+#include <ctime>
+
+namespace choreo::cli {
+namespace {
+
+sigset_t handled_signals() {
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGINT);
+  sigaddset(&set, SIGTERM);
+  sigaddset(&set, SIGHUP);
+  return set;
+}
+
+}  // namespace
+
+Interrupt::Interrupt() {
+  const auto set = handled_signals();
+  pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  thread_ = std::jthread([this](const std::stop_token& stop) {
+    pthread_setname_np(pthread_self(), "signals");
+    const auto waited_for = handled_signals();
+    const timespec tick{0, 50'000'000};  // How long the end of the program may wait for this thread.
+    int seen = 0;
+    while (!stop.stop_requested()) {
+      const int signal = sigtimedwait(&waited_for, nullptr, &tick);
+      if (signal < 0) continue;
+      ++seen;
+      if (seen == 1) {
+        orderly_.request_stop();
+      } else if (seen == 2) {
+        now_.request_stop();
+        pthread_sigmask(SIG_UNBLOCK, &waited_for, nullptr);
+        std::signal(signal, SIG_DFL);
+      }
+    }
+  });
+}
+
+Interrupt::~Interrupt() = default;
+
+}  // namespace choreo::cli

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/source_options.hpp"
+
+#include "core/error.hpp"
+
+namespace choreo::cli {
+
+void SourceOptions::declare(CLI::App& command) {
+  command.add_option("SOURCE", source,
+                     "a video file or network address, a folder of numbered images (folder?fps=25), or\n"
+                     "synthetic://SCRIPT?size=640x480&fps=30&seed=1&noise=3; all take rotate=90 and flip=horizontal")
+      ->required();
+  command.add_option("--config", config_file, "settings from a TOML file; ready-made ones lie in config/presets")
+      ->type_name("FILE");
+  command.add_option("--set", assignments, "one setting; may be repeated (choreoscope config show lists them)")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  command.add_option("--background", background,
+                     "auto: estimated over the whole clip (default); first:1s: median of the first second;\n"
+                     "or the path of a picture of the empty room, of the frames' size")
+      ->type_name("WHAT");
+  command.add_option("--every", every, "take the first of each N frames (1 to 1000000, default 1)")->type_name("N");
+  command.add_option("--span", span,
+                     "only the frames from A to B: seconds, half open (1.5:3), or the source's\n"
+                     "frames counted from 1, both ends in (1f:468f)")
+      ->type_name("A:B");
+  command.add_option("--threads", threads, "processor cores to use (0 to 1024, default 0: all); never changes a result")
+      ->type_name("N");
+}
+
+config::Config SourceOptions::configuration() const {
+  config::Config config;
+  if (!config_file.empty()) config.load_file(config_file);
+  for (const auto& assignment : assignments) config.set(assignment);
+  if (!background.empty()) config.set_text("background.from", background, "--background");
+  config.options().mask.validate();
+  return config;
+}
+
+pipeline::FrameSelection SourceOptions::selection() const {
+  pipeline::FrameSelection selection;
+  if (!span.empty()) selection = pipeline::parse_span(span);
+  if (every < 1 || every > 1'000'000) {
+    throw usage_error("is " + std::to_string(every), "--every", "--every is a whole number from 1 to 1000000");
+  }
+  if (threads < 0 || threads > 1024) {
+    throw usage_error("is " + std::to_string(threads), "--threads", "--threads is a whole number from 0 (all) to 1024");
+  }
+  selection.every = static_cast<std::uint64_t>(every);
+  return selection;
+}
+
+}  // namespace choreo::cli

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// The options of every command that takes a SOURCE.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "config/config.hpp"
+#include "pipeline/frame_selection.hpp"
+
+namespace choreo::cli {
+
+struct SourceOptions {
+  std::string source;
+  std::string config_file;
+  std::vector<std::string> assignments;
+  std::string background;  ///< Empty: as configured.
+  std::string span;        ///< Empty: everything.
+  long long every = 1;
+  int threads = 0;
+
+  /// Declares them on a command.
+  void declare(CLI::App& command);
+
+  /// @throws Error (usage)
+  [[nodiscard]] config::Config configuration() const;
+  [[nodiscard]] pipeline::FrameSelection selection() const;
+};
+
+}  // namespace choreo::cli

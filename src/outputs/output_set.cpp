@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "outputs/output_set.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+
+namespace choreo::outputs {
+namespace fs = std::filesystem;
+
+OutputSet::OutputSet(fs::path folder) : folder_(std::move(folder)) {
+  std::error_code problem;
+  fs::path missing = fs::absolute(folder_).lexically_normal();
+  if (!missing.has_filename()) missing = missing.parent_path();
+  std::vector<fs::path> to_make;
+  while (!fs::exists(missing, problem) && missing.has_relative_path()) {
+    to_make.push_back(missing);
+    missing = missing.parent_path();
+  }
+  if (!fs::is_directory(missing, problem)) {
+    throw usage_error(fmt::format("output \"{}\" is not a folder", missing.string()), {}, "name a folder with --out");
+  }
+  const auto undo = [this] {
+    for (auto it = made_folders_.rbegin(); it != made_folders_.rend(); ++it) {
+      std::error_code ignored;
+      fs::remove(*it, ignored);
+    }
+  };
+  for (auto it = to_make.rbegin(); it != to_make.rend(); ++it) {
+    if (!fs::create_directory(*it, problem)) {
+      undo();
+      throw usage_error(fmt::format("output folder \"{}\" cannot be made: {}", it->string(), problem.message()));
+    }
+    made_folders_.push_back(*it);
+  }
+  // Found out by writing: permission bits do not tell of read-only file systems.
+  const auto probe = folder_ / fmt::format(".choreoscope.{}.tmp", ::getpid());
+  const int file = ::open(probe.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  if (file < 0) {
+    const auto cause = std::generic_category().message(errno);
+    undo();
+    throw usage_error(fmt::format("output folder \"{}\" cannot be written to: {}", folder_.string(), cause), {},
+                      "choose another with --out");
+  }
+  ::close(file);
+  ::unlink(probe.c_str());
+}
+
+OutputSet::~OutputSet() {
+  std::error_code ignored;
+  for (const auto& file : files_) fs::remove(file.temporary, ignored);
+  // A folder that is not empty stays.
+  for (auto it = made_folders_.rbegin(); it != made_folders_.rend(); ++it) fs::remove(*it, ignored);
+}
+
+fs::path OutputSet::add(const std::string& name) {
+  File file{folder_ / fmt::format(".{}.{}.tmp", name, ::getpid()), folder_ / name};
+  std::error_code problem;
+  if (fs::is_directory(file.final, problem)) {
+    throw usage_error(fmt::format("output \"{}\" is a folder", file.final.string()), {}, "choose another with --out");
+  }
+  files_.push_back(file);
+  return file.temporary;
+}
+
+void OutputSet::commit() {
+  for (const auto& file : files_) {
+    std::error_code problem;
+    fs::rename(file.temporary, file.final, problem);
+    if (problem) throw failure(fmt::format("\"{}\" cannot be written: {}", file.final.string(), problem.message()));
+  }
+  files_.clear();
+}
+
+void write_file(const fs::path& path, std::string_view bytes) {
+  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  const auto refuse = [&](int code) {
+    throw failure(fmt::format("\"{}\" cannot be written: {}", path.string(), std::generic_category().message(code)));
+  };
+  if (file < 0) refuse(errno);
+  while (!bytes.empty()) {
+    const auto written = ::write(file, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) {
+      const int code = errno;
+      ::close(file);
+      refuse(code);
+    }
+    bytes.remove_prefix(std::size_t(written));
+  }
+  if (::close(file) != 0) refuse(errno);
+}
+
+}  // namespace choreo::outputs

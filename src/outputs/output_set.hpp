@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// The files of one run: all under their final names, or none.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace choreo::outputs {
+
+/// Writes under temporary names beside the final ones and renames at the end.
+///
+/// What a destroyed set did not commit is removed, with the folders it made; older files of those names stay.
+class OutputSet {
+ public:
+  /// Makes the folder where it is missing and tries whether it can be written to.
+  /// @throws Error (usage) where not.
+  explicit OutputSet(std::filesystem::path folder);
+  ~OutputSet();
+  OutputSet(const OutputSet&) = delete;
+  OutputSet& operator=(const OutputSet&) = delete;
+
+  /// Where to write the file that will be `folder / name`.
+  /// @throws Error (usage) where a folder has that name already.
+  [[nodiscard]] std::filesystem::path add(const std::string& name);
+
+  /// Gives every file that was added its final name.
+  /// @throws Error (failure)
+  void commit();
+
+  [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
+
+ private:
+  struct File {
+    std::filesystem::path temporary;
+    std::filesystem::path final;
+  };
+  std::filesystem::path folder_;
+  std::vector<std::filesystem::path> made_folders_;  // Innermost last.
+  std::vector<File> files_;
+};
+
+/// Writes a whole file. @throws Error (failure) where the disk is full or the like; the file may then be incomplete.
+void write_file(const std::filesystem::path& path, std::string_view bytes);
+
+}  // namespace choreo::outputs

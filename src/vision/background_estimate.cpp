@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/background_estimate.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <cstdlib>
+#include <vector>
+
+#include <opencv2/imgproc.hpp>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include "vision/difference.hpp"
+
+namespace choreo::vision {
+namespace {
+
+constexpr double kLeastThreshold = 10.0;    // Grey levels; compression and rounding alone reach half of it.
+constexpr double kThresholdPerNoise = 5.0;  // Beyond this many standard deviations a pixel is not the sensor's noise.
+constexpr double kBodyShare = 0.005;        // Of the picture; less is no body.
+constexpr double kQuietShare = 0.0005;      // Of the picture; with less change than this the picture stands still.
+constexpr int kQuietRun = 3;                // Pictures that must stand still together.
+
+// Median of half-normal noise over its standard deviation lies between 0.67 (channels in step) and 0.8 (independent).
+constexpr double kMedianPerNoise = 0.75;
+
+double threshold_of(double noise) { return std::max(kLeastThreshold, kThresholdPerNoise * noise); }
+
+// Median grey level with the position inside its bin, so that noise below one level still tells.
+double interpolated_median(const cv::Mat& grey) {
+  std::array<std::int64_t, 256> histogram{};
+  for (int y = 0; y < grey.rows; ++y) {
+    const auto* line = grey.ptr<std::uint8_t>(y);
+    for (int x = 0; x < grey.cols; ++x) ++histogram[line[x]];
+  }
+  const double half = double(grey.total()) / 2.0;
+  double below = 0;
+  for (int level = 0; level < 256; ++level) {
+    const auto here = double(histogram[std::size_t(level)]);
+    if (below + here >= half) return std::max(0.0, level - 0.5 + (half - below) / std::max(1.0, here));
+    below += here;
+  }
+  return 255.0;
+}
+
+double lower_quartile(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 4);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+cv::Mat foreground(const cv::Mat& picture, const cv::Mat& plate, double threshold) {
+  return difference_luminance(picture, plate) > threshold;
+}
+
+double share(const cv::Mat& mask) { return double(cv::countNonZero(mask)) / double(mask.total()); }
+
+// Per pixel the mean of the commonest colour cluster.
+cv::Mat commonest_colours(std::span<const cv::Mat> pictures, double noise) {
+  const auto size = pictures.front().size();
+  const int radius = static_cast<int>(std::lround(std::max(10.0, 4.0 * noise)));
+  cv::Mat plate(size, CV_8UC3);
+  struct Cluster {
+    std::array<int, 3> mean{};
+    std::array<int, 3> sum{};
+    int count = 0;
+  };
+  tbb::parallel_for(tbb::blocked_range<int>(0, size.height), [&](const tbb::blocked_range<int>& rows) {
+    std::vector<const std::uint8_t*> lines(pictures.size());
+    for (int y = rows.begin(); y < rows.end(); ++y) {
+      for (std::size_t k = 0; k < pictures.size(); ++k) lines[k] = pictures[k].ptr<std::uint8_t>(y);
+      auto* out = plate.ptr<std::uint8_t>(y);
+      for (int x = 0; x < size.width; ++x) {
+        std::array<Cluster, 4> clusters{};
+        std::size_t used = 0;
+        for (const auto* line : lines) {
+          const auto* p = line + 3 * x;
+          Cluster* home = nullptr;
+          for (std::size_t c = 0; c < used && home == nullptr; ++c) {
+            auto& m = clusters[c].mean;
+            if (std::abs(p[0] - m[0]) <= radius && std::abs(p[1] - m[1]) <= radius && std::abs(p[2] - m[2]) <= radius) {
+              home = &clusters[c];
+            }
+          }
+          if (home == nullptr) {
+            if (used < clusters.size()) {
+              home = &clusters[used++];
+            } else {
+              // The rarest makes room: a wall seen often cannot be it.
+              home = &*std::min_element(clusters.begin(), clusters.end(),
+                                        [](const Cluster& a, const Cluster& b) { return a.count < b.count; });
+              *home = Cluster{};
+            }
+          }
+          ++home->count;
+          for (std::size_t c = 0; c < 3; ++c) {
+            home->sum[c] += p[c];
+            home->mean[c] = (home->sum[c] + home->count / 2) / home->count;
+          }
+        }
+        const auto& best = *std::max_element(clusters.begin(), clusters.end(),
+                                             [](const Cluster& a, const Cluster& b) { return a.count < b.count; });
+        for (std::size_t c = 0; c < 3; ++c) out[3 * x + int(c)] = static_cast<std::uint8_t>(best.mean[c]);
+      }
+    }
+  });
+  return plate;
+}
+
+cv::Mat mean_picture(std::span<const cv::Mat> pictures) {
+  cv::Mat sum = cv::Mat::zeros(pictures.front().size(), CV_32SC3);
+  for (const auto& picture : pictures) cv::add(sum, picture, sum, cv::noArray(), CV_32S);
+  cv::Mat mean;
+  sum.convertTo(mean, CV_8U, 1.0 / double(pictures.size()));
+  return mean;
+}
+
+struct Run {
+  std::size_t first;
+  std::size_t length;
+};
+
+// Longest first, so that what stood still longest is asked first.
+std::vector<Run> quiet_runs(std::span<const cv::Mat> pictures, double threshold) {
+  std::vector<Run> runs;
+  for (std::size_t first = 0; first < pictures.size();) {
+    std::size_t end = first + 1;
+    while (end < pictures.size() && share(foreground(pictures[end], pictures[end - 1], threshold)) < kQuietShare &&
+           share(foreground(pictures[end], pictures[first], threshold)) < kQuietShare) {
+      ++end;
+    }
+    if (end - first >= kQuietRun) runs.push_back({first, end - first});
+    first = end;
+  }
+  std::stable_sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) { return a.length > b.length; });
+  return runs;
+}
+
+// How strong an edge a picture has along a region's border, in grey levels.
+double border_contrast(const cv::Mat& grey, const cv::Mat& border) {
+  const cv::Mat square = cv::getStructuringElement(cv::MORPH_RECT, {5, 5});
+  cv::Mat gradient;
+  cv::morphologyEx(grey, gradient, cv::MORPH_GRADIENT, square);
+  return cv::mean(gradient, border)[0];
+}
+
+cv::Mat grey_of(const cv::Mat& picture) {
+  cv::Mat grey;
+  cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
+  cv::blur(grey, grey, {3, 3});
+  return grey;
+}
+
+// Takes from `other` every region in which it differs from `plate` and has the weaker outline.
+void take_unoutlined(cv::Mat& plate, const cv::Mat& other, double threshold) {
+  cv::Mat differing = annealed(foreground(other, plate, threshold), 2);
+  differing = without_specks(differing, static_cast<int>(kBodyShare / 5 * double(plate.total())) + 1, false);
+  cv::Mat labels;
+  const int count = cv::connectedComponents(differing, labels, 8, CV_32S, cv::CCL_SAUF);
+  const cv::Mat square = cv::getStructuringElement(cv::MORPH_RECT, {3, 3});
+  for (int i = 1; i < count; ++i) {
+    const cv::Mat region = labels == i;
+    cv::Mat border;
+    cv::morphologyEx(region, border, cv::MORPH_GRADIENT, square);
+    cv::Mat swapped = plate.clone();
+    cv::Mat grown;
+    cv::dilate(region, grown, square);  // The blended pixels of the outline go with the body.
+    other.copyTo(swapped, grown);
+    if (border_contrast(grey_of(swapped), border) < border_contrast(grey_of(plate), border)) plate = swapped;
+  }
+}
+
+cv::Mat hull_of(const cv::Mat& mask) {
+  std::vector<cv::Point> points;
+  cv::findNonZero(mask, points);
+  cv::Mat hull = cv::Mat::zeros(mask.size(), CV_8UC1);
+  if (points.empty()) return hull;
+  std::vector<cv::Point> outline;
+  cv::convexHull(points, outline);
+  cv::fillConvexPoly(hull, outline, 255);
+  return hull;
+}
+
+}  // namespace
+
+cv::Mat median_plate(std::span<const cv::Mat> pictures) {
+  assert(!pictures.empty());
+  const auto size = pictures.front().size();
+  cv::Mat plate(size, CV_8UC3);
+  tbb::parallel_for(tbb::blocked_range<int>(0, size.height), [&](const tbb::blocked_range<int>& rows) {
+    std::vector<std::uint8_t> values(pictures.size());
+    for (int y = rows.begin(); y < rows.end(); ++y) {
+      auto* out = plate.ptr<std::uint8_t>(y);
+      for (int i = 0; i < 3 * size.width; ++i) {
+        for (std::size_t k = 0; k < pictures.size(); ++k) values[k] = pictures[k].ptr<std::uint8_t>(y)[i];
+        const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
+        std::nth_element(values.begin(), middle, values.end());
+        out[i] = *middle;
+      }
+    }
+  });
+  return plate;
+}
+
+BackgroundEstimate judge_plate(const cv::Mat& plate, std::span<const cv::Mat> pictures) {
+  assert(!pictures.empty());
+  BackgroundEstimate estimate;
+  estimate.plate = plate;
+  std::vector<double> medians;
+  for (const auto& picture : pictures) medians.push_back(interpolated_median(difference_luminance(picture, plate)));
+  estimate.noise = lower_quartile(medians) / kMedianPerNoise;
+
+  const double threshold = threshold_of(estimate.noise);
+  const int speck = std::max(2, static_cast<int>(0.0002 * double(plate.total())));
+  std::vector<cv::Mat> masks;
+  cv::Mat ever = cv::Mat::zeros(plate.size(), CV_8UC1);
+  // Where the wall was seen while the body was elsewhere.
+  cv::Mat bare = cv::Mat::zeros(plate.size(), CV_8UC1);
+  for (const auto& picture : pictures) {
+    cv::Mat mask = without_specks(annealed(foreground(picture, plate, threshold), 2), speck, false);
+    ever |= mask;
+    if (share(mask) < kBodyShare) {
+      bare = 255;
+      continue;
+    }
+    auto box = cv::boundingRect(mask);
+    const int margin = std::max(box.width, box.height) / 10;
+    box = cv::Rect(box.x - margin, box.y - margin, box.width + 2 * margin, box.height + 2 * margin) &
+          cv::Rect({0, 0}, plate.size());
+    cv::Mat elsewhere(plate.size(), CV_8UC1, cv::Scalar(255));
+    elsewhere(box) = 0;
+    bare |= elsewhere;
+    masks.push_back(mask);
+  }
+  estimate.empty = double(pictures.size() - masks.size()) / double(pictures.size());
+  const cv::Mat doubtful = ~(ever | bare);
+  double sum = 0;
+  for (const auto& mask : masks) {
+    const cv::Mat hull = hull_of(mask);
+    sum += double(cv::countNonZero(hull & doubtful)) / double(std::max(1, cv::countNonZero(hull)));
+  }
+  if (!masks.empty()) estimate.unseen = sum / double(masks.size());
+  return estimate;
+}
+
+BackgroundEstimate estimate_background(std::span<const cv::Mat> pictures) {
+  assert(!pictures.empty());
+  // Noise from neighbours in time, whose difference has twice the variance; most of the picture does not move.
+  std::vector<double> medians;
+  for (std::size_t k = 1; k < pictures.size(); ++k) {
+    medians.push_back(interpolated_median(difference_luminance(pictures[k], pictures[k - 1])));
+  }
+  const double noise = lower_quartile(medians) / (kMedianPerNoise * std::sqrt(2.0));
+
+  cv::Mat plate = commonest_colours(pictures, noise);
+  for (const auto& run : quiet_runs(pictures, threshold_of(noise * std::sqrt(2.0)))) {
+    take_unoutlined(plate, mean_picture(pictures.subspan(run.first, run.length)), threshold_of(noise));
+  }
+  return judge_plate(plate, pictures);
+}
+
+}  // namespace choreo::vision

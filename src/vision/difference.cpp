@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/difference.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <vector>
+
+#include <opencv2/imgproc.hpp>
+
+namespace choreo::vision {
+
+cv::Mat difference_luminance(const cv::Mat& picture, const cv::Mat& background) {
+  assert(picture.type() == CV_8UC3 && background.type() == CV_8UC3 && picture.size() == background.size());
+  cv::Mat difference;
+  cv::absdiff(picture, background, difference);
+  cv::Mat luminance;
+  cv::cvtColor(difference, luminance, cv::COLOR_BGR2GRAY);  // These are its weights.
+  return luminance;
+}
+
+cv::Mat annealed(const cv::Mat& mask, int steps) {
+  assert(steps >= 0);
+  if (steps == 0) return mask.clone();
+  // n steps of the 3 x 3 square are one of the (2n+1) x (2n+1) square, and OpenCV's default border is the neutral one
+  // of each operation.
+  const cv::Mat square = cv::getStructuringElement(cv::MORPH_RECT, {2 * steps + 1, 2 * steps + 1});
+  cv::Mat out;
+  cv::dilate(mask, out, square);
+  cv::erode(out, out, square);
+  return out;
+}
+
+cv::Mat edge_at_half_contrast(const cv::Mat& mask, const cv::Mat& difference) {
+  assert(mask.type() == CV_8UC1 && difference.type() == CV_8UC1 && mask.size() == difference.size());
+  const cv::Mat square = cv::getStructuringElement(cv::MORPH_RECT, {3, 3});
+  cv::Mat inside;
+  cv::erode(mask, inside, square);  // Outside the picture counts as body: a body cut by the frame has no edge there.
+  cv::Mat body_difference;
+  cv::bitwise_and(difference, mask, body_difference);
+  cv::Mat strongest;
+  cv::dilate(body_difference, strongest, square);
+  cv::Mat out(mask.size(), CV_8UC1);
+  for (int y = 0; y < mask.rows; ++y) {
+    const auto* m = mask.ptr<std::uint8_t>(y);
+    const auto* in = inside.ptr<std::uint8_t>(y);
+    const auto* d = difference.ptr<std::uint8_t>(y);
+    const auto* s = strongest.ptr<std::uint8_t>(y);
+    auto* o = out.ptr<std::uint8_t>(y);
+    for (int x = 0; x < mask.cols; ++x) o[x] = m[x] != 0 && (in[x] != 0 || 2 * d[x] >= s[x]) ? 255 : 0;
+  }
+  return out;
+}
+
+cv::Mat without_specks(const cv::Mat& mask, int min_area, bool only_largest) {
+  if (min_area <= 1 && !only_largest) return mask.clone();
+  cv::Mat labels;
+  cv::Mat statistics;
+  cv::Mat centroids;
+  // One algorithm by name: the default may choose by the number of threads.
+  const int count = cv::connectedComponentsWithStats(mask, labels, statistics, centroids, 8, CV_32S, cv::CCL_SAUF);
+  std::vector<std::uint8_t> keep(static_cast<std::size_t>(count), 0);
+  int largest = 0;
+  for (int i = 1; i < count; ++i) {
+    const int area = statistics.at<int>(i, cv::CC_STAT_AREA);
+    keep[std::size_t(i)] = area >= min_area ? 255 : 0;
+    if (largest == 0 || area > statistics.at<int>(largest, cv::CC_STAT_AREA)) largest = i;
+  }
+  if (only_largest) {
+    for (int i = 1; i < count; ++i) {
+      if (i != largest) keep[std::size_t(i)] = 0;
+    }
+  }
+  cv::Mat out(mask.size(), CV_8UC1);
+  for (int y = 0; y < mask.rows; ++y) {
+    const auto* label = labels.ptr<int>(y);
+    auto* o = out.ptr<std::uint8_t>(y);
+    for (int x = 0; x < mask.cols; ++x) o[x] = keep[std::size_t(label[x])];
+  }
+  return out;
+}
+
+}  // namespace choreo::vision
