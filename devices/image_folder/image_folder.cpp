@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "devices/image_folder/image_folder.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <system_error>
+
+#include <fmt/format.h>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "core/error.hpp"
+#include "devices/image_folder/numbered_names.hpp"
+#include "devices/image_folder/picture_check.hpp"
+
+namespace choreo::devices {
+namespace {
+
+constexpr const char* kWhatIsAFolder = "give a folder of numbered png, jpg, bmp, tif, webp, pgm or ppm pictures";
+
+std::vector<std::string> picture_names(const std::string& folder) {
+  std::error_code problem;
+  std::vector<std::string> names;
+  std::filesystem::directory_iterator entry(folder, problem);
+  for (; !problem && entry != std::filesystem::directory_iterator(); entry.increment(problem)) {
+    std::error_code ignored;  // What cannot be looked at is no picture: a broken link, a pipe.
+    const auto name = entry->path().filename().string();
+    if (is_picture_name(name) && entry->is_regular_file(ignored)) names.push_back(name);
+  }
+  if (problem) {
+    throw usage_error(fmt::format("folder \"{}\" cannot be read: {}", folder, problem.message()), {}, kWhatIsAFolder);
+  }
+  return names;
+}
+
+// A picture of any depth as 8-bit BGR; empty where it is damaged or of a depth that is no picture.
+cv::Mat decoded(const std::vector<std::uint8_t>& bytes) {
+  if (!is_whole_picture(bytes)) return {};
+  try {
+    const cv::Mat any = cv::imdecode(bytes, cv::IMREAD_COLOR | cv::IMREAD_ANYDEPTH);
+    if (any.empty() || any.channels() != 3) return {};
+    cv::Mat eight;
+    switch (any.depth()) {
+      case CV_8U: return any;
+      case CV_16U: any.convertTo(eight, CV_8U, 1.0 / 257.0); break;  // 65535 becomes 255.
+      case CV_32F:
+      case CV_64F: any.convertTo(eight, CV_8U, 255.0); break;  // By convention from 0 to 1.
+      default: return {};
+    }
+    return eight;
+  } catch (const cv::Exception&) {
+    // A picture that cannot be decoded is left out and counted, whatever the reason.
+    return {};
+  }
+}
+
+class ImageFolder final : public Source {
+ public:
+  ImageFolder(const SourceUri& uri, double fps)
+      : folder_(uri.location), micro_fps_(std::llround(fps * 1e6)) {
+    names_ = in_number_order(picture_names(folder_), folder_);
+    if (names_.empty()) {
+      throw usage_error(fmt::format("folder \"{}\" holds no pictures", folder_), {}, kWhatIsAFolder);
+    }
+    // Only decoding tells the size.
+    find_next();
+    if (waiting_.empty()) {
+      throw usage_error(fmt::format("folder \"{}\": none of its {} pictures can be read", folder_, names_.size()), {},
+                        fmt::format("the first is \"{}\"", names_.front()));
+    }
+    info_.name = uri.text;
+    info_.size = waiting_.size();
+    info_.nominal_fps = fps;
+    info_.duration = time_of(names_.size());
+    info_.repeatable = true;
+  }
+
+  const SourceInfo& info() const override { return info_; }
+
+  FramePtr read(std::stop_token stop) override {
+    if (stop.stop_requested()) return nullptr;
+    if (waiting_.empty()) find_next();
+    if (waiting_.empty()) return nullptr;
+    const auto index = next_ - 1;
+    if (waiting_.size() != info_.size) {
+      const auto size = waiting_.size();
+      waiting_.release();
+      next_ = names_.size();
+      throw failure(fmt::format("\"{}\" is {}x{}, but the pictures before it are {}x{}",
+                                (std::filesystem::path(folder_) / names_[index]).string(), size.width, size.height,
+                                info_.size.width, info_.size.height),
+                    {}, "bring all pictures of the folder to one size");
+    }
+    auto frame = std::make_shared<Frame>();
+    frame->sequence = sequence_++;
+    frame->device_time = time_of(index);
+    frame->bgr = std::move(waiting_);
+    waiting_ = cv::Mat();
+    return frame;
+  }
+
+  std::vector<std::string> warnings() const override {
+    if (unreadable_ == 0) return {};
+    return {fmt::format("folder \"{}\": {} of {} pictures could not be read and {} left out, the first \"{}\"", folder_,
+                        unreadable_, names_.size(), unreadable_ == 1 ? "was" : "were", first_unreadable_)};
+  }
+
+ private:
+  // Index over rate, to the nearest nanosecond, in whole numbers: doubles would drift off by one after hours.
+  Nanoseconds time_of(std::size_t index) const {
+    const auto micro = static_cast<long long>(index) * 1'000'000;
+    const auto rest = micro % micro_fps_;  // Below 10^9, so that nothing overflows.
+    return std::chrono::seconds(micro / micro_fps_) +
+           Nanoseconds((rest * 1'000'000'000 + micro_fps_ / 2) / micro_fps_);
+  }
+
+  // Puts the next readable picture into `waiting_`, or leaves it empty at the end.
+  void find_next() {
+    while (next_ < names_.size() && waiting_.empty()) {
+      const auto& name = names_[next_++];
+      std::ifstream file(std::filesystem::path(folder_) / name, std::ios::binary);
+      const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+      waiting_ = decoded(bytes);
+      if (waiting_.empty() && unreadable_++ == 0) first_unreadable_ = name;
+    }
+  }
+
+  std::string folder_;
+  long long micro_fps_;
+  std::vector<std::string> names_;
+  SourceInfo info_;
+  std::size_t next_ = 0;
+  std::uint64_t sequence_ = 0;
+  cv::Mat waiting_;
+  std::size_t unreadable_ = 0;
+  std::string first_unreadable_;
+};
+
+}  // namespace
+
+Driver image_folder_driver() {
+  Driver driver;
+  driver.scheme = "folder";
+  driver.example = "pictures/?fps=25";
+  driver.summary = "a folder of numbered pictures";
+  driver.open = [](const SourceUri& uri, SettingReader& settings, const OpenOptions& /*options*/) {
+    const double fps = settings.take_number("fps", 30.0, 0.01, 1000.0);
+    settings.refuse_the_rest();
+    return std::make_unique<ImageFolder>(uri, fps);
+  };
+  return driver;
+}
+
+}  // namespace choreo::devices
