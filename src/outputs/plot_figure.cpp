@@ -81,7 +81,7 @@ void Figure::set_header() {
     y = std::max(y, (kTop + key) * em_);
     if (!placed_.empty()) y += (kThumbnailHeight + 1.4) * em_;
   }
-  data_y_ = std::round(y + (triangle() ? 0.2 : 1.0) * em_);
+  data_y_ = std::round(y + (triangle() ? 0.9 : 1.0) * em_);
   double bottom = data_y_ + data_height_ + kTitleRow * em_;
   if (triangle() && !placed_.empty()) bottom += (1.0 + kThumbnailHeight) * em_;
   height_ = static_cast<int>(std::ceil(bottom + kBottom * em_));
@@ -119,6 +119,7 @@ cv::Rect Figure::raster_box() const {
 void Figure::draw(Canvas& canvas) const {
   canvas.fill({0.0, 0.0, static_cast<double>(width()), static_cast<double>(height())}, inks_.page);
   draw_header(canvas);
+  draw_outline(canvas);
   draw_axes(canvas);
   draw_raster(canvas);
   draw_key(canvas);
@@ -149,19 +150,18 @@ void Figure::draw_raster(Canvas& canvas) const {
   const auto byte = [](double v) { return static_cast<std::uint8_t>(std::lround(255.0 * v)); };
   const auto picture =
       similarity::paint(raster_, options_.channels, range_, {byte(inks_.gap.b), byte(inks_.gap.g), byte(inks_.gap.r)});
-  const double x = data_x_, y = data_y_, w = data_width_, h = data_height_;
-  if (triangle()) {
-    const Point corners[] = {{x, y + h}, {x + w / 2.0, y}, {x + w, y + h}};
-    canvas.image(picture, {x, y, w, h}, Scaling::kCrisp, corners);
-    if (options_.dark) canvas.stroke(corners, true, hair_, inks_.hair);
-  } else {
-    canvas.image(picture, {x, y, w, h}, Scaling::kCrisp);
-    if (options_.dark) {
-      const Point corners[] = {{x, y}, {x + w, y}, {x + w, y + h}, {x, y + h}};
-      canvas.stroke(corners, true, hair_, inks_.hair);
-    }
-  }
+  canvas.image(picture, {data_x_, data_y_, data_width_, data_height_}, Scaling::kCrisp,
+               triangle() ? corners() : std::vector<Point>{});
 }
+
+std::vector<Point> Figure::corners() const {
+  const double left = data_x_, right = left + data_width_, top = data_y_, bottom = top + data_height_;
+  if (triangle()) return {{left, bottom}, {(left + right) / 2.0, top}, {right, bottom}};
+  return {{left, top}, {right, top}, {right, bottom}, {left, bottom}};
+}
+
+/// White on a white page and black on a dark one end somewhere too. The raster covers the inner half of the line.
+void Figure::draw_outline(Canvas& canvas) const { canvas.stroke(corners(), true, 2.0 * hair_, inks_.hair); }
 
 TimeTicks Figure::choose_ticks(double begin_s, double end_s, double pixels, bool across) const {
   const double px_per_s = pixels / (end_s - begin_s);
