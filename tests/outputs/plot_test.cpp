@@ -214,7 +214,7 @@ TEST(Plot, EveryLengthGivesAPage) {
         EXPECT_EQ(page.cols, 480);
         const auto box = plot.raster_box();
         EXPECT_GT(page.rows, box.y + box.height);
-EXPECT_GT(cv::mean(page(box))[2], 30.0) << n << " frames of " << step << " s";
+        EXPECT_GT(cv::mean(page(box))[2], 30.0) << n << " frames of " << step << " s";
       }
     }
   }
