@@ -224,6 +224,9 @@ std::vector<Field> make_schema() {
       "mask.half_contrast_edge", [](Options& o) -> bool& { return o.mask.half_contrast_edge; },
       "Take back edge pixels that are more wall than body."));
   fields.push_back(flag(
+      "mask.drop_soft_light", [](Options& o) -> bool& { return o.mask.drop_soft_light; },
+      "Take away soft shadows and glows on the wall and floor."));
+  fields.push_back(flag(
       "mask.largest_only", [](Options& o) -> bool& { return o.mask.largest_only; },
       "Keep the largest connected part alone: one performer, and passers-by are ignored."));
   fields.push_back(number(

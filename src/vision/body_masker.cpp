@@ -12,6 +12,7 @@
 #include "core/error.hpp"
 #include "vision/background_estimate.hpp"
 #include "vision/difference.hpp"
+#include "vision/soft_light.hpp"
 #include "vision/tone_curve.hpp"
 
 namespace choreo::vision {
@@ -102,6 +103,7 @@ MaskResult BodyMasker::process(const cv::Mat& picture, double time_s) {
     background_.convertTo(running_, CV_32F);
   }
   cv::Mat mask = difference > threshold_;
+  if (options_.drop_soft_light) mask = without_soft_light(mask, picture, lit);
   if (options_.half_contrast_edge) mask = edge_at_half_contrast(mask, difference);
   mask = annealed(mask, options_.steps);
   if (!allowed_.empty()) mask &= allowed_;

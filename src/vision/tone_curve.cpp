@@ -16,23 +16,39 @@ namespace {
 constexpr int kLevels = 16;  // Grey levels a range.
 constexpr int kRanges = 256 / kLevels;
 
-// How many pixels of a range became which level, and the sum of what they were.
+// How much the pixels of a range changed, and the sum of what they were.
 struct Seen {
-  std::array<std::uint32_t, 256> became{};
+  std::array<std::uint32_t, 511> change{};  // By change + 255.
   std::uint64_t sum_before = 0;
   std::uint64_t count = 0;
 };
 
-// With the position inside the bin, so that a curve between whole levels stays one.
-double median(const Seen& seen) {
-  const double half = double(seen.count) / 2.0;
-  double below = 0;
-  for (int level = 0; level < 256; ++level) {
-    const auto here = double(seen.became[std::size_t(level)]);
-    if (here > 0 && below + here >= half) return level - 0.5 + (half - below) / here;
-    below += here;
+// The commonest change: of all that a wall's pixels of one level do in another light, they do the same, while what a
+// body in front makes of them is scattered. A mean around the peak gives parts of a level.
+double commonest_change(const Seen& seen) {
+  constexpr int kReach = 4;
+  constexpr int kLast = 510;
+  const auto sum_around = [&](int peak) {
+    std::uint64_t sum = 0;
+    for (int i = std::max(0, peak - kReach); i <= std::min(kLast, peak + kReach); ++i) sum += seen.change[std::size_t(i)];
+    return sum;
+  };
+  int peak = 255;
+  std::uint64_t most = sum_around(peak);  // Among equals no change at all.
+  for (int i = 0; i <= kLast; ++i) {
+    const auto sum = sum_around(i);
+    if (sum > most) {
+      most = sum;
+      peak = i;
+    }
   }
-  return 255;
+  double weighted = 0;
+  double weight = 0;
+  for (int i = std::max(0, peak - kReach); i <= std::min(kLast, peak + kReach); ++i) {
+    weighted += double(seen.change[std::size_t(i)]) * (i - 255);
+    weight += double(seen.change[std::size_t(i)]);
+  }
+  return weight > 0 ? weighted / weight : 0;
 }
 
 }  // namespace
@@ -55,7 +71,7 @@ ToneCurve::ToneCurve(const cv::Mat& from, const cv::Mat& to, const cv::Mat& exce
       for (std::size_t c = 0; c < 3; ++c) {
         const auto before = f[3 * x + int(c)];
         auto& s = seen[c][before / kLevels];
-        ++s.became[t[3 * x + int(c)]];
+        ++s.change[std::size_t(t[3 * x + int(c)] - before + 255)];
         s.sum_before += before;
         ++s.count;
       }
@@ -66,8 +82,9 @@ ToneCurve::ToneCurve(const cv::Mat& from, const cv::Mat& to, const cv::Mat& exce
     std::vector<std::pair<double, double>> knots;  // Level before, level after.
     for (const auto& s : seen[std::size_t(channel)]) {
       if (s.count < enough) continue;
+      const double before = double(s.sum_before) / double(s.count);
       const double least = knots.empty() ? 0.0 : knots.back().second;
-      knots.emplace_back(double(s.sum_before) / double(s.count), std::max(least, median(s)));
+      knots.emplace_back(before, std::max(least, before + commonest_change(s)));
     }
     if (knots.empty()) continue;
     for (int level = 0; level < 256; ++level) {
