@@ -76,14 +76,23 @@ class Figure {
 
   void part(double depth, std::function<void()> draw) { parts_.push_back({depth, std::move(draw)}); }
 
+  enum class Ends {
+    kRound,
+    kHem,       // cut at its second end, unless it points at the viewer
+    kCut,       // cut at its second end
+    kCutFirst,  // cut at its first end
+  };
+
   void limb(const Vector3d& a, const Vector3d& b, const Profile& profile, double thickness, const cv::Vec3f& colour,
-            bool round_a = true, bool round_b = true, double light = 1) {
+            Ends ends = Ends::kRound, double light = 1) {
     const auto from = at(a);
     const auto to = at(b);
     const double scale = stage_.unit * thickness;
     // A limb that points at the viewer would be all cut end: round it.
-    const bool foreshortened = std::hypot(to.x - from.x, to.y - from.y) < 3 * scale * profile.at(0.5);
-    brush_.draw({from, to, &profile, scale, round_a || foreshortened, round_b || foreshortened, colour, light});
+    const bool pointed = ends == Ends::kHem && std::hypot(to.x - from.x, to.y - from.y) < 3 * scale * profile.at(0.5);
+    const bool round_a = ends != Ends::kCutFirst;
+    const bool round_b = ends == Ends::kRound || ends == Ends::kCutFirst || pointed;
+    brush_.draw({from, to, &profile, scale, round_a, round_b, colour, light});
   }
 
   // How wide an elliptic trunk looks whose depth is a share of its width.
@@ -105,15 +114,15 @@ class Figure {
     const double chest = scale_.trunk * seen_width(s_.chest_axes, kDepth);
     const Vector3d up = s_.chest_axes.col(1);
     const double middle = s_.pelvis.z();
-    part(middle - 0.004, [=, this] {
-      limb(s_.pelvis - s_.pelvis_axes.col(1) * 0.03, s_.waist, kPelvis, hips, look_.trousers, true, false);
+    part(middle - 0.035, [=, this] {
+      limb(s_.pelvis - s_.pelvis_axes.col(1) * 0.03, s_.waist, kPelvis, hips, look_.trousers, Ends::kCut);
     });
     part(middle - 0.003, [=, this] {
-      limb(s_.neck - up * 0.02, s_.skull - s_.head_axes.col(1) * 0.035, kNeck, 1, look_.skin, true, true, 0.88);
+      limb(s_.neck - up * 0.02, s_.skull - s_.head_axes.col(1) * 0.035, kNeck, 1, look_.skin, Ends::kRound, 0.88);
     });
     part(middle + 0.010, [=, this] {
-      limb(s_.pelvis + s_.pelvis_axes.col(1) * 0.012, s_.waist + up * 0.01, kHem, hips, look_.shirt, false, true);
-      limb(s_.waist, s_.neck + up * 0.022, kChest, chest, look_.shirt, true, false);
+      limb(s_.pelvis + s_.pelvis_axes.col(1) * 0.012, s_.waist + up * 0.01, kHem, hips, look_.shirt, Ends::kCutFirst);
+      limb(s_.waist, s_.neck + up * 0.022, kChest, chest, look_.shirt, Ends::kCut);
       for (const auto side : {kLeft, kRight}) {
         const Vector3d inner = s_.neck + (s_.shoulder[side] - s_.neck) * 0.45 - up * 0.012;
         limb(inner, drawn_shoulder(side), kShoulder, scale_.limb, look_.shirt);
@@ -121,8 +130,8 @@ class Figure {
       // An open collar, seen from the front only.
       if (s_.chest_axes(2, 2) > 0.3) {
         const Vector3d front = s_.chest_axes.col(2) * 0.06;
-        limb(s_.neck - up * 0.028 + front, s_.neck + up * 0.030 + front, kCollar, s_.chest_axes(2, 2), look_.skin, true,
-             false, 0.9);
+        limb(s_.neck - up * 0.028 + front, s_.neck + up * 0.030 + front, kCollar, s_.chest_axes(2, 2), look_.skin,
+             Ends::kCut, 0.9);
       }
     });
     part(std::max(middle, s_.skull.z()) + 0.012, [=, this] {
@@ -145,10 +154,10 @@ class Figure {
     part(depth + bias, [=, this] {
       const Vector3d thumb_root = s_.wrist[side] + (s_.fingertip[side] - s_.wrist[side]) * 0.22;
       const Vector3d thumb = s_.forearm_axes[side] * Vector3d(0, -0.036, 0.026);
-      limb(thumb_root, thumb_root + thumb, kThumb, 1, look_.skin, true, true, 0.95);
+      limb(thumb_root, thumb_root + thumb, kThumb, 1, look_.skin, Ends::kRound, 0.95);
       limb(s_.elbow[side], s_.fingertip[side], kForearm, 1, look_.skin);
       const Vector3d shoulder = drawn_shoulder(side);
-      limb(shoulder, s_.elbow[side] + (s_.elbow[side] - shoulder) * 0.02, kSleeve, scale_.limb, look_.shirt, true, false);
+      limb(shoulder, s_.elbow[side] + (s_.elbow[side] - shoulder) * 0.02, kSleeve, scale_.limb, look_.shirt, Ends::kHem);
     });
   }
 
@@ -163,9 +172,9 @@ class Figure {
     });
     part(shank, [=, this] {
       limb(s_.knee[side], s_.ankle[side] + (s_.knee[side] - s_.ankle[side]) * 0.03, kShank, scale_.limb, look_.trousers,
-           true, false);
+           Ends::kHem);
     });
-    part(thigh + 0.001, [=, this] { limb(s_.hip[side], s_.knee[side], kThigh, scale_.limb, look_.trousers); });
+    part(thigh - 0.03, [=, this] { limb(s_.hip[side], s_.knee[side], kThigh, scale_.limb, look_.trousers); });
   }
 
   Brush& brush_;
