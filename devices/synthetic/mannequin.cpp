@@ -25,7 +25,7 @@ const Profile kThigh = {{0, 0.0500}, {0.25, 0.0485}, {0.7, 0.0385}, {1, 0.0350}}
 const Profile kShank = {{0, 0.0350}, {0.3, 0.0355}, {0.7, 0.0285}, {1, 0.0270}};
 const Profile kShoe = {{0, 0.0200}, {0.45, 0.0225}, {0.8, 0.0230}, {1, 0.0180}};
 const Profile kPelvis = {{0, 0.0780}, {0.35, 0.0900}, {1, 0.0790}};
-const Profile kHem = {{0, 0.0930}, {0.5, 0.0870}, {1, 0.0790}};
+const Profile kSkirt = {{0, 0.0930}, {0.5, 0.0870}, {1, 0.0790}};
 const Profile kChest = {{0, 0.0790}, {0.25, 0.0820}, {0.55, 0.0955}, {0.75, 0.1040}, {0.86, 0.1010}, {0.93, 0.0800}, {1, 0.0420}};
 const Profile kNeck = {{0, 0.0330}, {0.4, 0.0270}, {1, 0.0270}};
 const Profile kCollar = {{0, 0.0060}, {0.5, 0.0230}, {1, 0.0330}};
@@ -121,7 +121,7 @@ class Figure {
       limb(s_.neck - up * 0.02, s_.skull - s_.head_axes.col(1) * 0.035, kNeck, 1, look_.skin, Ends::kRound, 0.88);
     });
     part(middle + 0.010, [=, this] {
-      limb(s_.pelvis + s_.pelvis_axes.col(1) * 0.012, s_.waist + up * 0.01, kHem, hips, look_.shirt, Ends::kCutFirst);
+      limb(s_.pelvis + s_.pelvis_axes.col(1) * 0.012, s_.waist + up * 0.01, kSkirt, hips, look_.shirt, Ends::kCutFirst);
       limb(s_.waist, s_.neck + up * 0.022, kChest, chest, look_.shirt, Ends::kCut);
       for (const auto side : {kLeft, kRight}) {
         const Vector3d inner = s_.neck + (s_.shoulder[side] - s_.neck) * 0.45 - up * 0.012;
