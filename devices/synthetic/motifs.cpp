@@ -200,7 +200,7 @@ std::vector<ScriptEntry> motif_scripts() {
     return all.emplace_back(ScriptEntry{std::move(facts), make}).facts;
   };
   add(named("stillness", "one asymmetric pose, held", 8, Symmetry::kNever), make_stillness).still = true;
-  add(named("state-repetition", "a pose comes back by another way", 10, Symmetry::kSometimes), make_state_repetition)
+  add(named("state-repetition", "a pose comes back by another way", 10, Symmetry::kNever), make_state_repetition)
       .same = {2, 7};
   auto& repetition =
       add(named("path-repetition", "a phrase of 2.5 s, danced twice", 10, Symmetry::kSometimes), make_path_repetition);
@@ -210,7 +210,7 @@ std::vector<ScriptEntry> motif_scripts() {
   palindrome.turn = 4;
   palindrome.reach = 4;
   add(named("symmetric-path", "symmetric poses, none twice", 8, Symmetry::kAlways), make_symmetric_path);
-  add(named("reflected-state", "a pose and later its mirror image", 8, Symmetry::kSometimes), make_reflected_state)
+  add(named("reflected-state", "a pose and later its mirror image", 8, Symmetry::kNever), make_reflected_state)
       .mirrored = {2, 6};
   add(named("symmetric-cycle", "a symmetric loop, one way", 10, Symmetry::kAlways), make_symmetric_cycle).period = 2;
   add(named("asymmetric-cycle", "an asymmetric loop, one way", 10, Symmetry::kNever), make_asymmetric_cycle).period = 2;

@@ -55,7 +55,7 @@ class Silhouette {
   }
 
  private:
-  static constexpr int kSide = 1024;
+  static constexpr int kSide = 384;  // masks of at most 190 pixels
 
   static long floor_divided(long a, long b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
 
