@@ -127,7 +127,7 @@ void Brush::draw(const Stroke& stroke) {
   constexpr int kShades = 64;
   std::array<cv::Vec4b, kShades + 1> shades;
   for (int i = 0; i <= kShades; ++i) {
-    const double across = 2.0 * i / kShades - 1;
+    const double across = (2.0 * i / kShades - 1) * stroke.roundness;
     shades[static_cast<std::size_t>(i)] = solid(stroke.colour * (light_on(side, across) * stroke.light));
   }
   fill(stroke, [&](double across, double) {

@@ -36,6 +36,7 @@ struct Stroke {
   bool round_b = true;
   cv::Vec3f colour;          ///< Blue green red, 0 to 255, in full light.
   double light = 1;          ///< Factor on the light that falls on it.
+  double roundness = 1;      ///< 1 is shaded like a tube, 0 like a board.
 };
 
 /// A drawing surface over part of a picture.

@@ -8,10 +8,13 @@ namespace choreo::devices::synthetic {
 namespace {
 
 // From chin (0) to crown (1), in units of the body's height: a jaw, cheeks a tenth wide, a round skull.
-const Profile kFace = {{0, 0.017}, {0.06, 0.027}, {0.16, 0.0365}, {0.30, 0.0435}, {0.45, 0.0475}, {0.62, 0.0480},
-                       {0.76, 0.0455}, {0.86, 0.0385}, {0.94, 0.0265}, {1.0, 0.010}};
-const Profile kCap = {{0, 0.0465}, {0.3, 0.0512}, {0.55, 0.0500}, {0.75, 0.0425}, {0.9, 0.0290}, {1.0, 0.012}};
-const Profile kBob = {{0, 0.045}, {0.1, 0.0575}, {0.3, 0.0590}, {0.6, 0.0555}, {0.8, 0.0455}, {0.92, 0.0310}, {1.0, 0.012}};
+const Profile kFace = {{0, 0.004}, {0.015, 0.0125}, {0.05, 0.0205}, {0.12, 0.0300}, {0.22, 0.0385}, {0.34, 0.0445},
+                       {0.48, 0.0480}, {0.62, 0.0485}, {0.75, 0.0455}, {0.86, 0.0380}, {0.94, 0.0265}, {0.98, 0.0160},
+                       {1, 0.002}};
+const Profile kCap = {{0, 0.0465}, {0.3, 0.0512}, {0.55, 0.0500}, {0.75, 0.0435}, {0.88, 0.0330}, {0.95, 0.0225},
+                      {0.985, 0.0130}, {1, 0.002}};
+const Profile kBob = {{0, 0.045},     {0.1, 0.0575},  {0.3, 0.0590},  {0.6, 0.0555},  {0.78, 0.0470},
+                      {0.90, 0.0340}, {0.96, 0.0230}, {0.99, 0.0120}, {1.0, 0.002}};
 const Profile kBall = {{0, 0.010}, {0.1, 0.017}, {0.3, 0.0235}, {0.5, 0.025}, {0.7, 0.0235}, {0.9, 0.017}, {1, 0.010}};
 const Profile kEar = {{0, 0.0045}, {0.5, 0.0085}, {1, 0.0055}};
 
@@ -37,7 +40,7 @@ struct FacePaint {
         lid(mixed_colour(look.skin, {22, 18, 20}, 0.8)),
         lips(mixed_colour(look.skin, {72, 62, 168}, 0.50)),
         mouth(mixed_colour(look.skin, {40, 26, 84}, 0.75)),
-        cheek(mixed_colour(look.skin, {110, 104, 222}, 0.16)),
+        cheek(mixed_colour(look.skin, {110, 104, 222}, 0.09)),
         socket(look.skin * 0.86F),
         shadow(look.skin * 0.76F),
         bridge(mixed_colour(look.skin, {255, 255, 255}, 0.14)) {}
@@ -66,7 +69,7 @@ cv::Vec3f face_colour(const FacePaint& p, double x, double y) {
   if (inside(x, y, 0, -0.0130, 0.0062, 0.0070)) return p.bridge;
   if (ax < 0.0032 && y > -0.014 && y < 0.016) return p.bridge;
   if (inside(ax, y, 0.0195, 0.0085, 0.0150, 0.0120)) return p.socket;
-  if (inside(ax, y, 0.0265, -0.0170, 0.0095, 0.0075)) return p.cheek;
+  if (inside(ax, y, 0.0265, -0.0170, 0.0110, 0.0085)) return p.cheek;
   if (inside(x, y, 0, -0.0415, 0.0085, 0.0018)) return p.shadow;
   return p.skin;
 }
@@ -85,12 +88,12 @@ void draw_head(Brush& brush, cv::Point2d chin, cv::Point2d crown, const Eigen::M
   // The back of the hair; a knot sits on the crown's far side and shows above it.
   const double turn = std::sin(yaw);
   if (look.hair_style == HairStyle::kBob) {
-    brush.draw({place(0.10, -0.012 * turn), place(1.0, 0), &kBob, unit, false, true, look.hair, 0.82});
+    brush.draw({place(0.10, -0.012 * turn), place(1.0, 0), &kBob, unit, false, false, look.hair, 0.82});
   } else if (look.hair_style == HairStyle::kBun) {
     brush.draw({place(0.72, -0.045 * turn), place(1.08, -0.045 * turn), &kBall, unit, true, true, look.hair, 0.9});
-    brush.draw({place(0.45, -0.006 * turn), place(0.985, 0), &kCap, unit, true, true, look.hair});
+    brush.draw({place(0.45, -0.006 * turn), place(1.0, 0), &kCap, unit, true, false, look.hair});
   } else {
-    brush.draw({place(0.40, -0.006 * turn), place(0.985, 0), &kCap, unit, true, true, look.hair});
+    brush.draw({place(0.40, -0.006 * turn), place(1.0, 0), &kCap, unit, true, false, look.hair});
   }
   for (const double side : {1.0, -1.0}) {
     // An ear shows while it is not on the far side.
@@ -100,13 +103,13 @@ void draw_head(Brush& brush, cv::Point2d chin, cv::Point2d crown, const Eigen::M
       brush.draw({place(0.36, aside * 0.97), place(0.56, aside * 1.02), &kEar, unit, true, true, look.skin, 0.9});
     }
   }
-  const Stroke skull{place(0, 0), place(0.985, 0), &kFace, unit, true, true, look.skin};
+  const Stroke skull{place(0, 0), place(0.985, 0), &kFace, unit, false, false, look.skin};
   const cv::Point2d across = right * (1 / std::max(1e-9, std::hypot(right.x, right.y)));
   brush.draw(skull, [&](double s, double share) {
     // The stroke's side points to the picture's left when it runs upwards; longitude is counted to the performer's left.
     const double lateral = std::clamp(-s, -1.0, 1.0);
     const double longitude = std::asin(lateral) - yaw;
-    const double y = (std::clamp(share, -0.05, 1.05) * 0.985 - 0.5) * kHeadHeight;
+    const double y = (share * 0.985 - 0.5) * kHeadHeight;
     const double x = std::sin(longitude) * 0.0475;
     const bool front = std::cos(longitude) > 0;
     const double light = light_on(across, lateral);

@@ -20,13 +20,14 @@ struct Room {
   cv::Vec3f wall, panel, floor;
 };
 
-const std::array<Room, 5>& rooms() {
-  static const std::array<Room, 5> kRooms = {{
+const std::array<Room, 6>& rooms() {
+  static const std::array<Room, 6> kRooms = {{
       {rgb(178, 187, 190), rgb(164, 175, 180), rgb(150, 132, 112)},  // cool grey
       {rgb(172, 186, 168), rgb(158, 174, 155), rgb(156, 138, 114)},  // sage
       {rgb(168, 184, 198), rgb(154, 171, 187), rgb(146, 131, 116)},  // pale blue
       {rgb(188, 186, 180), rgb(174, 172, 166), rgb(150, 130, 106)},  // stone
       {rgb(182, 178, 192), rgb(167, 163, 179), rgb(148, 132, 118)},  // lilac
+      {rgb(106, 120, 128), rgb(94, 108, 116), rgb(138, 122, 106)},   // slate
   }};
   return kRooms;
 }
@@ -40,7 +41,8 @@ const std::vector<Garment>& shirts() {
   static const std::vector<Garment> kShirts = {
       {"red", rgb(178, 42, 46)},   {"blue", rgb(36, 66, 132)},   {"green", rgb(28, 98, 72)},
       {"dark", rgb(44, 46, 56)},   {"orange", rgb(206, 92, 28)}, {"violet", rgb(96, 48, 112)},
-      {"petrol", rgb(16, 92, 108)}, {"berry", rgb(146, 32, 84)},
+      {"petrol", rgb(16, 92, 108)}, {"berry", rgb(146, 32, 84)}, {"white", rgb(250, 248, 240)},
+      {"yellow", rgb(238, 190, 48)},
   };
   return kShirts;
 }
@@ -127,12 +129,18 @@ Look choose_look(std::uint64_t seed, const std::string& build, const std::string
   constexpr double kFarEnough = 35;
   const auto choose = [&](std::uint64_t what, const std::vector<cv::Vec3f>& from,
                           std::initializer_list<cv::Vec3f> backgrounds) {
-    const auto start = pick(what, from.size());
+    // Of those that stand out, the one that chance ranks first.
+    const cv::Vec3f* best_colour = nullptr;
+    std::uint64_t best_rank = 0;
     for (std::size_t i = 0; i < from.size(); ++i) {
-      const auto& colour = from[(start + i) % from.size()];
-      if (least_distance(colour, backgrounds) >= kFarEnough) return colour;
+      const auto rank = mixed(seed, 100 + what, 1 + i);
+      if (least_distance(from[i], backgrounds) < kFarEnough) continue;
+      if (best_colour == nullptr || rank > best_rank) {
+        best_colour = &from[i];
+        best_rank = rank;
+      }
     }
-    return from.front();
+    return best_colour != nullptr ? *best_colour : from.front();
   };
   look.hair = choose(4, hairs(), {look.wall});
   look.shoes = rgb(38, 34, 36);

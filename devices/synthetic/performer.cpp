@@ -219,10 +219,13 @@ Performance Performer::perform(int index) const {
 
   const auto shift = f.shift_at(index);
   const bool drawn = pose && draw_figure(f.brush, *pose, f.look, f.stage, shift);
+  std::optional<FloorShadow> shadow;
+  if (pose) shadow.emplace(*pose, f.stage, shift);
   const int light = f.light_at(seconds);
   std::vector<int> row(static_cast<std::size_t>(f.settings.size.width) * 3);
   for (int y = 0; y < f.settings.size.height; ++y) {
     f.room_row(y, shift, row);
+    if (shadow && y >= shadow->rows().first && y < shadow->rows().second) shadow->darken(y, row);
     const auto& box = f.brush.box();
     if (drawn && y >= box.y && y < box.y + box.height) {
       f.figure_row(y, row, out.mask.ptr<unsigned char>(y), out.present);

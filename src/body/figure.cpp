@@ -182,9 +182,9 @@ std::vector<Ellipsoid> ellipsoids_of(const Pose& pose, Build build) {
   parts.push_back(between("neck", s.neck - s.head_axes.col(1) * 0.02, s.skull - s.head_axes.col(1) * 0.03,
                           chest_forward, 0.028));
   parts.push_back(between("chest", s.waist - s.chest_axes.col(1) * 0.03, s.neck + s.chest_axes.col(1) * 0.02,
-                          chest_forward, 0.105 * scale.trunk));
+                          chest_forward, 0.098 * scale.trunk));
   parts.push_back(between("pelvis", s.pelvis - s.pelvis_axes.col(1) * 0.06, s.waist + s.pelvis_axes.col(1) * 0.06,
-                          forward, 0.085 * scale.trunk));
+                          forward, 0.078 * scale.trunk));
   struct Names {
     std::string_view upper_arm, forearm, thigh, shank, foot;
   };
