@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
@@ -72,9 +73,12 @@ std::string ending_of(const std::string& path) {
   return ending;
 }
 
-Error wrong_ending(const std::string& path) {
-  return usage_error(fmt::format("\"{}\" does not end in .mkv or .mp4", path), {},
-                     "end the name in .mkv for a lossless video, or in .mp4 for a small one");
+VideoContainer container_of(const std::string& path) {
+  const auto ending = ending_of(path);
+  if (ending == ".mkv") return VideoContainer::kMatroska;
+  if (ending == ".mp4") return VideoContainer::kMp4;
+  throw usage_error(fmt::format("\"{}\" does not end in .mkv or .mp4", path), {},
+                    "end the name in .mkv for a lossless video, or in .mp4 for a small one");
 }
 
 }  // namespace
@@ -82,11 +86,9 @@ Error wrong_ending(const std::string& path) {
 bool can_encode(VideoCodec codec) { return encoder_of(codec) != nullptr; }
 
 VideoCodec video_codec_for(const std::string& path) {
-  const auto ending = ending_of(path);
-  if (ending != ".mkv" && ending != ".mp4") throw wrong_ending(path);
-  const auto codec = ending == ".mkv"                 ? VideoCodec::kLossless
-                     : can_encode(VideoCodec::kH264) ? VideoCodec::kH264
-                                                     : VideoCodec::kMpeg4;
+  const auto codec = container_of(path) == VideoContainer::kMatroska ? VideoCodec::kLossless
+                     : can_encode(VideoCodec::kH264)                  ? VideoCodec::kH264
+                                                                      : VideoCodec::kMpeg4;
   if (!can_encode(codec)) throw usage_error(fmt::format("this FFmpeg cannot write {} video", name_of(codec)));
   return codec;
 }
@@ -95,6 +97,7 @@ class VideoWriter::File {
  public:
   File(std::string path, cv::Size size, const VideoOptions& options)
       : path_(std::move(path)), part_(path_ + ".part"), size_(size), options_(options) {
+    if (options_.container == VideoContainer::kByEnding) options_.container = container_of(path_);
     av_log_set_level(AV_LOG_QUIET);
     refuse_what_cannot_be();
     open_encoder();
@@ -142,15 +145,15 @@ class VideoWriter::File {
   }
 
  private:
+  [[nodiscard]] bool is_matroska() const { return options_.container == VideoContainer::kMatroska; }
+
   [[noreturn]] void give_up(int code) const {
     throw failure(fmt::format("\"{}\" cannot be written: {}", path_, text_of(code)), {},
                   code == AVERROR(ENOSPC) ? "make room on the disk, or write elsewhere" : "");
   }
 
   void refuse_what_cannot_be() const {
-    const auto ending = ending_of(path_);
-    if (ending != ".mkv" && ending != ".mp4") throw wrong_ending(path_);
-    if (ending == ".mp4" && options_.codec == VideoCodec::kLossless) {
+    if (!is_matroska() && options_.codec == VideoCodec::kLossless) {
       throw usage_error(fmt::format("\"{}\": lossless video does not go into .mp4", path_), {}, "end the name in .mkv");
     }
     if (!can_encode(options_.codec)) {
@@ -177,7 +180,7 @@ class VideoWriter::File {
     auto& e = *encoder_;
     e.width = lossless ? size_.width : (size_.width + 1) / 2 * 2;
     e.height = lossless ? size_.height : (size_.height + 1) / 2 * 2;
-    e.time_base = ending_of(path_) == ".mkv" ? AVRational{1, 1000} : AVRational{1, 60000};
+    e.time_base = is_matroska() ? AVRational{1, 1000} : AVRational{1, 60000};
     e.sample_aspect_ratio = {1, 1};
     if (options_.rate.numerator > 0) e.framerate = {options_.rate.numerator, options_.rate.denominator};
     e.flags |= AV_CODEC_FLAG_BITEXACT | AV_CODEC_FLAG_GLOBAL_HEADER;
@@ -236,7 +239,7 @@ class VideoWriter::File {
 
   void open_container() {
     AVFormatContext* container = nullptr;
-    const char* format = ending_of(path_) == ".mkv" ? "matroska" : "mp4";
+    const char* format = is_matroska() ? "matroska" : "mp4";
     if (const int code = avformat_alloc_output_context2(&container, nullptr, format, nullptr); code < 0) give_up(code);
     container_.reset(container);
     // Without it there are random identities, dates and version numbers in the file.

@@ -17,6 +17,12 @@ enum class VideoCodec {
   kMpeg4,     ///< MPEG-4 part 2: for where libx264 is missing.
 };
 
+enum class VideoContainer {
+  kByEnding,  ///< Matroska for a name in .mkv, MP4 for one in .mp4.
+  kMatroska,  ///< Whatever the name: for a temporary one.
+  kMp4,
+};
+
 /// Pictures a second as a fraction, so that 30000/1001 is exact.
 struct FrameRate {
   int numerator = 0;
@@ -25,6 +31,7 @@ struct FrameRate {
 
 struct VideoOptions {
   VideoCodec codec = VideoCodec::kLossless;
+  VideoContainer container = VideoContainer::kByEnding;
   bool grey = false;  ///< One channel, kept as such where lossless: for masks.
   /// Declared in the file, and the length of the last frame; 0 declares none. Times never rest on it.
   FrameRate rate{};
@@ -43,7 +50,7 @@ struct VideoOptions {
 /// Lossy codecs halve the resolution of colour: an odd width or height is filled up by repeating the last column or row.
 class VideoWriter {
  public:
-  /// @param path  ends in .mkv, or .mp4 for the lossy codecs.
+  /// @param path  ends in .mkv, or .mp4 for the lossy codecs, unless the options name the container.
   /// @param size  of every picture, in pixels, at least 1x1.
   /// @throws Error (usage) where the ending, the size or the place does not do, or the encoder is missing.
   VideoWriter(std::string path, cv::Size size, const VideoOptions& options = {});
