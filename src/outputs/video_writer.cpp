@@ -129,6 +129,7 @@ class VideoWriter::File {
     fill_frame(picture);
     const auto units = av_rescale_q(time.count(), AVRational{1, 1'000'000'000}, encoder_->time_base);
     frame_->pts = last_units_ ? std::max(units, *last_units_ + 1) : units;
+    if (options_.rate.numerator <= 0 && last_units_) frame_units_ = frame_->pts - *last_units_;
     last_units_ = frame_->pts;
     encode(frame_.get());
   }
@@ -189,6 +190,8 @@ class VideoWriter::File {
     } else {
       prepare_lossy();
     }
+    const auto rate = options_.rate.numerator > 0 ? e.framerate : AVRational{25, 1};
+    frame_units_ = std::max<std::int64_t>(1, av_rescale_q(1, av_inv_q(rate), e.time_base));
     if (const int code = avcodec_open2(&e, codec, nullptr); code < 0) give_up(code);
 
     frame_->format = e.pix_fmt;
@@ -203,13 +206,17 @@ class VideoWriter::File {
     auto& e = *encoder_;
     e.pix_fmt = options_.grey ? AV_PIX_FMT_GRAY8 : AV_PIX_FMT_0RGB32;
     e.color_range = AVCOL_RANGE_JPEG;
-    e.level = 3;
     e.gop_size = 1;  // Every picture stands alone, so damage does not spread.
-    // The bytes depend on the number of slices, which therefore does not follow the number of cores.
-    e.slices = std::min(size_.width, size_.height) < 64 ? 1 : 4;
+    const int least = std::min(size_.width, size_.height);
+    const bool large = size_.width > 352 || size_.height > 288;
+    // FFmpeg's slices lose all pixels where they are one pixel wide or high; version 1 has none, nor checksums.
+    e.level = least < 4 ? 1 : 3;
+    // The bytes depend on the number of slices, which therefore does not follow the number of cores. One alone is
+    // possible only up to 352x288 (ffv1enc.c).
+    e.slices = least < 4 ? 0 : (!large && least < 64 ? 1 : 4);
     e.thread_type = FF_THREAD_SLICE;
-    e.thread_count = std::clamp<int>(static_cast<int>(std::thread::hardware_concurrency()), 1, e.slices);
-    av_opt_set_int(e.priv_data, "slicecrc", 1, 0);
+    e.thread_count = std::clamp<int>(static_cast<int>(std::thread::hardware_concurrency()), 1, std::max(e.slices, 1));
+    if (e.level == 3) av_opt_set_int(e.priv_data, "slicecrc", 1, 0);
   }
 
   void prepare_lossy() {
@@ -291,9 +298,8 @@ class VideoWriter::File {
     int code = avcodec_send_frame(encoder_.get(), frame);
     if (code < 0) give_up(code);
     while ((code = avcodec_receive_packet(encoder_.get(), packet_.get())) >= 0) {
-      if (packet_->duration == 0 && encoder_->framerate.num > 0) {
-        packet_->duration = av_rescale_q(1, av_inv_q(encoder_->framerate), encoder_->time_base);
-      }
+      // A last picture of no length would lie outside of an MP4's edit list, and players would leave it out.
+      if (packet_->duration == 0) packet_->duration = frame_units_;
       av_packet_rescale_ts(packet_.get(), encoder_->time_base, stream_->time_base);
       packet_->stream_index = stream_->index;
       if (code = av_interleaved_write_frame(container_.get(), packet_.get()); code < 0) give_up(code);
@@ -315,6 +321,7 @@ class VideoWriter::File {
   bool part_exists_ = false;
   std::optional<Nanoseconds> last_time_;
   std::optional<std::int64_t> last_units_;
+  std::int64_t frame_units_ = 1;  // How long a picture is shown: as declared, else as long as the one before.
 };
 
 VideoWriter::VideoWriter(std::string path, cv::Size size, const VideoOptions& options)

@@ -12,7 +12,7 @@
 namespace choreo::outputs {
 
 enum class VideoCodec {
-  kLossless,  ///< FFV1 version 3 with checksums: every pixel comes back as it was.
+  kLossless,  ///< FFV1: every pixel comes back as it was. Version 3 with checksums, 1 below 4 pixels a side.
   kH264,      ///< libx264 at constant quality 18: small, plays everywhere.
   kMpeg4,     ///< MPEG-4 part 2: for where libx264 is missing.
 };
@@ -33,7 +33,8 @@ struct VideoOptions {
   VideoCodec codec = VideoCodec::kLossless;
   VideoContainer container = VideoContainer::kByEnding;
   bool grey = false;  ///< One channel, kept as such where lossless: for masks.
-  /// Declared in the file, and the length of the last frame; 0 declares none. Times never rest on it.
+  /// Declared in the file, and the length of the last picture; 0 declares none, and the last picture is as long as the
+  /// one before. Times never rest on it.
   FrameRate rate{};
 };
 
