@@ -109,6 +109,14 @@ SourceUri parse_source_uri(std::string_view text, bool (*exists)(const std::stri
     uri.location = uri.text;
     return uri;
   }
+  // The last question mark begins the settings: what stands before it may contain others. Where that is a path as
+  // written, it is no URI, however much a colon in it looks like one.
+  const auto question = text.rfind('?');
+  if (question != std::string_view::npos && exists(uri.text.substr(0, question))) {
+    uri.location = uri.text.substr(0, question);
+    parse_settings(uri, text.substr(question + 1));
+    return uri;
+  }
   const auto colon = text.find(':');
   const bool has_scheme = colon != std::string_view::npos && is_scheme(text.substr(0, colon)) &&
                           text.substr(0, colon).find('/') == std::string_view::npos;
@@ -118,17 +126,17 @@ SourceUri parse_source_uri(std::string_view text, bool (*exists)(const std::stri
     std::transform(uri.scheme.begin(), uri.scheme.end(), uri.scheme.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     if (std::find(kNetworkSchemes.begin(), kNetworkSchemes.end(), uri.scheme) != kNetworkSchemes.end()) {
-      parse_network(uri, text);
+      // FFmpeg knows its protocols in lower case only.
+      parse_network(uri, uri.scheme + uri.text.substr(colon));
       return uri;
     }
     rest.remove_prefix(colon + 1);
     if (rest.starts_with("//")) rest.remove_prefix(2);
   }
-  // The last question mark begins the settings, unless the path up to the end of some earlier one exists as written.
-  const auto question = rest.rfind('?');
-  const auto location = rest.substr(0, question);
+  const auto settings_begin = rest.rfind('?');
+  const auto location = rest.substr(0, settings_begin);
   uri.location = has_scheme ? percent_decoded(location, text) : std::string(location);
-  if (question != std::string_view::npos) parse_settings(uri, rest.substr(question + 1));
+  if (settings_begin != std::string_view::npos) parse_settings(uri, rest.substr(settings_begin + 1));
   if (uri.location.empty()) {
     throw usage_error(fmt::format("source \"{}\" names no place", text), {}, std::string(kHowToWrite));
   }

@@ -42,6 +42,16 @@ bool is_full_range(const AVFrame& frame, const AVPixFmtDescriptor& format, AVCod
   return is_grey(format) && !is_broadcast(codec);
 }
 
+// Black at 16 and white at 235 become 0 and 255. swscale takes all grey for full range, whatever it is told.
+void widen_range(cv::Mat& picture) {
+  static const cv::Mat kTable = [] {
+    cv::Mat table(1, 256, CV_8UC1);
+    for (int i = 0; i < 256; ++i) table.at<std::uint8_t>(0, i) = cv::saturate_cast<std::uint8_t>((i - 16) * 255.0 / 219);
+    return table;
+  }();
+  cv::LUT(picture, kTable, picture);
+}
+
 // The index of FFmpeg's table of coefficients.
 int colour_space_of(const AVFrame& frame) {
   switch (frame.colorspace) {
@@ -115,6 +125,7 @@ void PictureMaker::prepare(const AVFrame& frame) {
   // Refused for formats without a matrix, such as RGB, where there is nothing to set.
   (void)sws_setColorspaceDetails(context_.get(), sws_getCoefficients(key.colour_space), key.full_range ? 1 : 0,
                                  sws_getCoefficients(SWS_CS_DEFAULT), 1, 0, 1 << 16, 1 << 16);
+  limited_grey_ = is_grey(*description) && !key.full_range;
   key_ = key;
 }
 
@@ -130,6 +141,7 @@ cv::Mat PictureMaker::make(const AVFrame& frame, AVRational sample_aspect, const
   if (rows != coded.height) throw failure(fmt::format("converting a frame of {}x{} failed", coded.width, coded.height));
 
   cv::Mat picture = padded_(cv::Rect(cv::Point(), coded));
+  if (limited_grey_) widen_range(picture);
   const auto square = with_square_pixels(coded, sample_aspect);
   if (square.width != coded.width) {
     cv::Mat scaled;

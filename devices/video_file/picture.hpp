@@ -48,6 +48,7 @@ class PictureMaker {
 
   AVCodecID codec_;
   Key key_;
+  bool limited_grey_ = false;
   Libav<SwsContext> context_;
   cv::Mat padded_;
 };

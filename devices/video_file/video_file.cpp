@@ -98,6 +98,7 @@ class VideoFile final : public Source {
 
  private:
   static constexpr int kMostSide = 32767;
+  static constexpr Nanoseconds kLeastMissing = std::chrono::milliseconds(100);
 
   void hang_by_stream() {
     std::size_t size = 0;
@@ -143,6 +144,7 @@ class VideoFile final : public Source {
     const auto declared = libav_time(frame_->pkt_duration, stream_.stream().time_base);
     auto length = declared && declared->count() > 0 ? *declared : time - last_time_.value_or(time);
     if (!(declared && declared->count() > 0) && info_.nominal_fps > 0) length = from_seconds(1.0 / info_.nominal_fps);
+    longest_step_ = std::max(longest_step_, time - last_time_.value_or(time));
     last_time_ = time;
     last_end_ = time + length;
     last_length_ = length;
@@ -169,7 +171,9 @@ class VideoFile final : public Source {
     if (std::strstr(stream_.container().iformat->name, "matroska") != nullptr) begin = std::min(begin, Nanoseconds(0));
     const auto length = last_end_ - begin;
     if (info_.duration) {
-      const auto tolerance = std::max(2 * last_length_, *info_.duration / 50);
+      // Of a variable frame rate the last frame may have been meant to stand as long as any other.
+      // Nothing below a tenth of a second is worth a word, nor known where there is but one frame.
+      const auto tolerance = std::max({2 * last_length_, longest_step_, *info_.duration / 50, kLeastMissing});
       if (length + tolerance < *info_.duration) {
         return fmt::format("ends at {:.1f} s of the {:.1f} s it declares: truncated?", to_seconds(length),
                            to_seconds(*info_.duration));
@@ -197,6 +201,7 @@ class VideoFile final : public Source {
   std::optional<Nanoseconds> last_time_;
   Nanoseconds last_end_{0};
   Nanoseconds last_length_{0};
+  Nanoseconds longest_step_{0};
   std::vector<std::string> hanging_warnings_;
 };
 

@@ -150,7 +150,11 @@ void VideoStream::open_decoder(int threads) {
   forget_libav_message();
   int result = avcodec_parameters_to_context(decoder_.get(), stream_->codecpar);
   decoder_->pkt_timebase = stream_->time_base;
-  decoder_->thread_count = std::max(threads, 0);
+  // Where frames build on each other, what several threads make of a damaged one differs from run to run. One thread
+  // is fast enough: turning the frame into colours takes longer than decoding it.
+  const auto* description = avcodec_descriptor_get(codec_->id);
+  const bool stands_alone = description != nullptr && (description->props & AV_CODEC_PROP_INTRA_ONLY) != 0;
+  decoder_->thread_count = stands_alone ? std::max(threads, 0) : 1;
   // Twice 8K in each direction: larger sizes come from damaged headers, and would only exhaust memory.
   decoder_->max_pixels = std::int64_t{16384} * 16384;
   if (result >= 0) result = avcodec_open2(decoder_.get(), codec_, nullptr);
@@ -185,8 +189,16 @@ bool VideoStream::feed() {
     int result = av_read_frame(container_.get(), packet_.get());
     if (result == 0 && packet_->stream_index != stream_->index) continue;
     if (result < 0) {
-      if (watch_.stopped()) return false;
-      if (watch_.timed_out()) {
+      if (watch_.stopped()) {
+        // FFmpeg remembers the interruption as the end; a later read may go on.
+        if (container_->pb != nullptr) container_->pb->eof_reached = container_->pb->error = 0;
+        return false;
+      }
+      if (result == AVERROR_EOF && container_->pb != nullptr && container_->pb->error < 0) {
+        result = container_->pb->error;
+      }
+      // The wait may have run out in the call before, which still had a packet in store.
+      if (watch_.timed_out() || (network_ && result == AVERROR_EXIT)) {
         throw failure(fmt::format("\"{}\" fell silent: nothing came for {} s", location_,
                                   to_seconds(watch_.patience())));
       }
@@ -194,7 +206,6 @@ bool VideoStream::feed() {
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
         continue;
       }
-      if (result == AVERROR_EOF && container_->pb != nullptr && container_->pb->error < 0) result = container_->pb->error;
       if (result != AVERROR_EOF) read_error_ = result;
       if (read_error_ != 0 && network_) {
         throw failure(fmt::format("\"{}\": the connection broke: {}", location_, libav_error_text(read_error_)));

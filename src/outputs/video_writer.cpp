@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
@@ -72,9 +73,12 @@ std::string ending_of(const std::string& path) {
   return ending;
 }
 
-Error wrong_ending(const std::string& path) {
-  return usage_error(fmt::format("\"{}\" does not end in .mkv or .mp4", path), {},
-                     "end the name in .mkv for a lossless video, or in .mp4 for a small one");
+VideoContainer container_of(const std::string& path) {
+  const auto ending = ending_of(path);
+  if (ending == ".mkv") return VideoContainer::kMatroska;
+  if (ending == ".mp4") return VideoContainer::kMp4;
+  throw usage_error(fmt::format("\"{}\" does not end in .mkv or .mp4", path), {},
+                    "end the name in .mkv for a lossless video, or in .mp4 for a small one");
 }
 
 }  // namespace
@@ -82,11 +86,9 @@ Error wrong_ending(const std::string& path) {
 bool can_encode(VideoCodec codec) { return encoder_of(codec) != nullptr; }
 
 VideoCodec video_codec_for(const std::string& path) {
-  const auto ending = ending_of(path);
-  if (ending != ".mkv" && ending != ".mp4") throw wrong_ending(path);
-  const auto codec = ending == ".mkv"                 ? VideoCodec::kLossless
-                     : can_encode(VideoCodec::kH264) ? VideoCodec::kH264
-                                                     : VideoCodec::kMpeg4;
+  const auto codec = container_of(path) == VideoContainer::kMatroska ? VideoCodec::kLossless
+                     : can_encode(VideoCodec::kH264)                  ? VideoCodec::kH264
+                                                                      : VideoCodec::kMpeg4;
   if (!can_encode(codec)) throw usage_error(fmt::format("this FFmpeg cannot write {} video", name_of(codec)));
   return codec;
 }
@@ -95,6 +97,7 @@ class VideoWriter::File {
  public:
   File(std::string path, cv::Size size, const VideoOptions& options)
       : path_(std::move(path)), part_(path_ + ".part"), size_(size), options_(options) {
+    if (options_.container == VideoContainer::kByEnding) options_.container = container_of(path_);
     av_log_set_level(AV_LOG_QUIET);
     refuse_what_cannot_be();
     open_encoder();
@@ -126,6 +129,7 @@ class VideoWriter::File {
     fill_frame(picture);
     const auto units = av_rescale_q(time.count(), AVRational{1, 1'000'000'000}, encoder_->time_base);
     frame_->pts = last_units_ ? std::max(units, *last_units_ + 1) : units;
+    if (options_.rate.numerator <= 0 && last_units_) frame_units_ = frame_->pts - *last_units_;
     last_units_ = frame_->pts;
     encode(frame_.get());
   }
@@ -142,15 +146,15 @@ class VideoWriter::File {
   }
 
  private:
+  [[nodiscard]] bool is_matroska() const { return options_.container == VideoContainer::kMatroska; }
+
   [[noreturn]] void give_up(int code) const {
     throw failure(fmt::format("\"{}\" cannot be written: {}", path_, text_of(code)), {},
                   code == AVERROR(ENOSPC) ? "make room on the disk, or write elsewhere" : "");
   }
 
   void refuse_what_cannot_be() const {
-    const auto ending = ending_of(path_);
-    if (ending != ".mkv" && ending != ".mp4") throw wrong_ending(path_);
-    if (ending == ".mp4" && options_.codec == VideoCodec::kLossless) {
+    if (!is_matroska() && options_.codec == VideoCodec::kLossless) {
       throw usage_error(fmt::format("\"{}\": lossless video does not go into .mp4", path_), {}, "end the name in .mkv");
     }
     if (!can_encode(options_.codec)) {
@@ -177,7 +181,7 @@ class VideoWriter::File {
     auto& e = *encoder_;
     e.width = lossless ? size_.width : (size_.width + 1) / 2 * 2;
     e.height = lossless ? size_.height : (size_.height + 1) / 2 * 2;
-    e.time_base = ending_of(path_) == ".mkv" ? AVRational{1, 1000} : AVRational{1, 60000};
+    e.time_base = is_matroska() ? AVRational{1, 1000} : AVRational{1, 60000};
     e.sample_aspect_ratio = {1, 1};
     if (options_.rate.numerator > 0) e.framerate = {options_.rate.numerator, options_.rate.denominator};
     e.flags |= AV_CODEC_FLAG_BITEXACT | AV_CODEC_FLAG_GLOBAL_HEADER;
@@ -186,6 +190,8 @@ class VideoWriter::File {
     } else {
       prepare_lossy();
     }
+    const auto rate = options_.rate.numerator > 0 ? e.framerate : AVRational{25, 1};
+    frame_units_ = std::max<std::int64_t>(1, av_rescale_q(1, av_inv_q(rate), e.time_base));
     if (const int code = avcodec_open2(&e, codec, nullptr); code < 0) give_up(code);
 
     frame_->format = e.pix_fmt;
@@ -200,13 +206,17 @@ class VideoWriter::File {
     auto& e = *encoder_;
     e.pix_fmt = options_.grey ? AV_PIX_FMT_GRAY8 : AV_PIX_FMT_0RGB32;
     e.color_range = AVCOL_RANGE_JPEG;
-    e.level = 3;
     e.gop_size = 1;  // Every picture stands alone, so damage does not spread.
-    // The bytes depend on the number of slices, which therefore does not follow the number of cores.
-    e.slices = std::min(size_.width, size_.height) < 64 ? 1 : 4;
+    const int least = std::min(size_.width, size_.height);
+    const bool large = size_.width > 352 || size_.height > 288;
+    // FFmpeg's slices lose all pixels where they are one pixel wide or high; version 1 has none, nor checksums.
+    e.level = least < 4 ? 1 : 3;
+    // The bytes depend on the number of slices, which therefore does not follow the number of cores. One alone is
+    // possible only up to 352x288 (ffv1enc.c).
+    e.slices = least < 4 ? 0 : (!large && least < 64 ? 1 : 4);
     e.thread_type = FF_THREAD_SLICE;
-    e.thread_count = std::clamp<int>(static_cast<int>(std::thread::hardware_concurrency()), 1, e.slices);
-    av_opt_set_int(e.priv_data, "slicecrc", 1, 0);
+    e.thread_count = std::clamp<int>(static_cast<int>(std::thread::hardware_concurrency()), 1, std::max(e.slices, 1));
+    if (e.level == 3) av_opt_set_int(e.priv_data, "slicecrc", 1, 0);
   }
 
   void prepare_lossy() {
@@ -236,7 +246,7 @@ class VideoWriter::File {
 
   void open_container() {
     AVFormatContext* container = nullptr;
-    const char* format = ending_of(path_) == ".mkv" ? "matroska" : "mp4";
+    const char* format = is_matroska() ? "matroska" : "mp4";
     if (const int code = avformat_alloc_output_context2(&container, nullptr, format, nullptr); code < 0) give_up(code);
     container_.reset(container);
     // Without it there are random identities, dates and version numbers in the file.
@@ -288,9 +298,8 @@ class VideoWriter::File {
     int code = avcodec_send_frame(encoder_.get(), frame);
     if (code < 0) give_up(code);
     while ((code = avcodec_receive_packet(encoder_.get(), packet_.get())) >= 0) {
-      if (packet_->duration == 0 && encoder_->framerate.num > 0) {
-        packet_->duration = av_rescale_q(1, av_inv_q(encoder_->framerate), encoder_->time_base);
-      }
+      // A last picture of no length would lie outside of an MP4's edit list, and players would leave it out.
+      if (packet_->duration == 0) packet_->duration = frame_units_;
       av_packet_rescale_ts(packet_.get(), encoder_->time_base, stream_->time_base);
       packet_->stream_index = stream_->index;
       if (code = av_interleaved_write_frame(container_.get(), packet_.get()); code < 0) give_up(code);
@@ -312,6 +321,7 @@ class VideoWriter::File {
   bool part_exists_ = false;
   std::optional<Nanoseconds> last_time_;
   std::optional<std::int64_t> last_units_;
+  std::int64_t frame_units_ = 1;  // How long a picture is shown: as declared, else as long as the one before.
 };
 
 VideoWriter::VideoWriter(std::string path, cv::Size size, const VideoOptions& options)

@@ -12,9 +12,15 @@
 namespace choreo::outputs {
 
 enum class VideoCodec {
-  kLossless,  ///< FFV1 version 3 with checksums: every pixel comes back as it was.
+  kLossless,  ///< FFV1: every pixel comes back as it was. Version 3 with checksums, 1 below 4 pixels a side.
   kH264,      ///< libx264 at constant quality 18: small, plays everywhere.
   kMpeg4,     ///< MPEG-4 part 2: for where libx264 is missing.
+};
+
+enum class VideoContainer {
+  kByEnding,  ///< Matroska for a name in .mkv, MP4 for one in .mp4.
+  kMatroska,  ///< Whatever the name: for a temporary one.
+  kMp4,
 };
 
 /// Pictures a second as a fraction, so that 30000/1001 is exact.
@@ -25,8 +31,10 @@ struct FrameRate {
 
 struct VideoOptions {
   VideoCodec codec = VideoCodec::kLossless;
+  VideoContainer container = VideoContainer::kByEnding;
   bool grey = false;  ///< One channel, kept as such where lossless: for masks.
-  /// Declared in the file, and the length of the last frame; 0 declares none. Times never rest on it.
+  /// Declared in the file, and the length of the last picture; 0 declares none, and the last picture is as long as the
+  /// one before. Times never rest on it.
   FrameRate rate{};
 };
 
@@ -43,7 +51,7 @@ struct VideoOptions {
 /// Lossy codecs halve the resolution of colour: an odd width or height is filled up by repeating the last column or row.
 class VideoWriter {
  public:
-  /// @param path  ends in .mkv, or .mp4 for the lossy codecs.
+  /// @param path  ends in .mkv, or .mp4 for the lossy codecs, unless the options name the container.
   /// @param size  of every picture, in pixels, at least 1x1.
   /// @throws Error (usage) where the ending, the size or the place does not do, or the encoder is missing.
   VideoWriter(std::string path, cv::Size size, const VideoOptions& options = {});

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "devices/image_folder/image_folder.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <opencv2/imgcodecs.hpp>
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "devices/image_folder/numbered_names.hpp"
+#include "devices/image_folder/picture_check.hpp"
+#include "support/frames.hpp"
+#include "support/temp_folder.hpp"
+
+namespace choreo::devices {
+namespace {
+
+using test::all_frames;
+using test::error_of;
+using test::noise;
+using test::same_pixels;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+class ImageFolderTest : public ::testing::Test {
+ protected:
+  ImageFolderTest() { registry_.add(image_folder_driver()); }
+
+  std::unique_ptr<Source> open(const std::string& settings = "") { return registry_.open(folder_.path() + settings); }
+  void put(const std::string& name, const cv::Mat& picture) { ASSERT_TRUE(cv::imwrite(folder_ / name, picture)) << name; }
+  void put_grey(const std::string& name, int value) { put(name, cv::Mat(4, 6, CV_8UC3, cv::Scalar::all(value))); }
+  void cut(const std::string& name, std::size_t bytes) {
+    auto content = test::read_bytes(folder_ / name);
+    ASSERT_GT(content.size(), bytes);
+    content.resize(bytes);
+    test::write_bytes(folder_ / name, content);
+  }
+
+  test::TempFolder folder_;
+  Registry registry_;
+};
+
+TEST_F(ImageFolderTest, PicturesComeInTheOrderOfTheirNumbers) {
+  put_grey("img10.png", 10);
+  put_grey("img2.png", 2);
+  put_grey("img001.PNG", 1);
+  put_grey("img0300.bmp", 3);
+  const auto frames = all_frames(*open());
+  ASSERT_EQ(frames.size(), 4u);
+  const int expected[] = {1, 2, 10, 3};
+  for (unsigned i = 0; i < 4; ++i) {
+    EXPECT_EQ(frames[i]->bgr.at<cv::Vec3b>(0, 0)[0], expected[i]);
+    EXPECT_EQ(frames[i]->sequence, i);
+  }
+}
+
+TEST_F(ImageFolderTest, TimesAreTheIndexOverTheRate) {
+  for (int i = 0; i < 4; ++i) put_grey("a" + std::to_string(i + 5) + ".png", i);
+  EXPECT_EQ(open()->info().nominal_fps, 30);
+  const auto frames = all_frames(*open("?fps=3"));
+  EXPECT_EQ(frames[0]->device_time.count(), 0);
+  EXPECT_EQ(frames[1]->device_time.count(), 333'333'333);
+  EXPECT_EQ(frames[2]->device_time.count(), 666'666'667);
+  EXPECT_EQ(frames[3]->device_time.count(), 1'000'000'000);
+  EXPECT_EQ(all_frames(*open("?fps=0.01"))[3]->device_time, std::chrono::seconds(300));
+  EXPECT_EQ(all_frames(*open("?fps=1000"))[3]->device_time, std::chrono::milliseconds(3));
+  EXPECT_EQ(open("?fps=8")->info().duration, std::chrono::milliseconds(500));
+}
+
+TEST_F(ImageFolderTest, RatesOutOfRangeAndUnknownSettingsAreRefused) {
+  put_grey("1.png", 1);
+  for (const auto* bad : {"?fps=0", "?fps=1001", "?fps=fast", "?fsp=25", "?threads=2"}) {
+    const auto error = error_of([&] { (void)open(bad); });
+    ASSERT_TRUE(error) << bad;
+    EXPECT_EQ(error->fault(), Fault::kUsage);
+    EXPECT_FALSE(error->hint().empty());
+  }
+}
+
+TEST_F(ImageFolderTest, EveryKindOfPictureComesBackAsEightBitBgr) {
+  const auto picture = noise({7, 5}, CV_8UC3, 1);
+  for (const auto* ending : {"png", "bmp", "ppm", "tif", "TIFF", "PNG"}) {
+    test::TempFolder folder;
+    ASSERT_TRUE(cv::imwrite(folder / ("x1." + std::string(ending)), picture));
+    const auto source = registry_.open(folder.path());
+    EXPECT_EQ(source->info().size, cv::Size(7, 5));
+    EXPECT_TRUE(source->info().repeatable);
+    EXPECT_TRUE(same_pixels(source->read({})->bgr, picture)) << ending;
+    EXPECT_EQ(source->read({}), nullptr);
+  }
+  for (const auto* ending : {"jpg", "JPEG", "webp"}) {
+    test::TempFolder folder;
+    ASSERT_TRUE(cv::imwrite(folder / ("x1." + std::string(ending)), cv::Mat(16, 16, CV_8UC3, cv::Scalar(20, 120, 220))));
+    const auto frame = registry_.open(folder.path())->read({});
+    EXPECT_LE(cv::norm(frame->bgr.at<cv::Vec3b>(8, 8), cv::Vec3b(20, 120, 220), cv::NORM_INF), 4) << ending;
+  }
+}
+
+TEST_F(ImageFolderTest, SixteenBitAndGreyPicturesAreScaledAndSpread) {
+  const cv::Mat sixteen = (cv::Mat_<std::uint16_t>(1, 3) << 0, 128 * 257, 65535);
+  put("a1.png", sixteen);
+  put("a2.pgm", sixteen);
+  put("a3.tif", sixteen);
+  put("a4.png", cv::Mat((cv::Mat_<std::uint8_t>(1, 3) << 0, 128, 255)));
+  const cv::Mat expected = (cv::Mat_<cv::Vec3b>(1, 3) << cv::Vec3b(0, 0, 0), cv::Vec3b(128, 128, 128),
+                            cv::Vec3b(255, 255, 255));
+  const auto frames = all_frames(*open());
+  ASSERT_EQ(frames.size(), 4u);
+  for (const auto& frame : frames) EXPECT_TRUE(same_pixels(frame->bgr, expected)) << frame->sequence;
+}
+
+TEST_F(ImageFolderTest, HiddenAndOtherFilesAreNotLookedAt) {
+  put_grey("p1.png", 1);
+  put_grey(".p2.png", 2);
+  test::write_bytes(folder_ / "p3.txt", std::string("notes"));
+  test::write_bytes(folder_ / "png", std::string("no ending"));
+  ASSERT_EQ(::mkdir((folder_ / "p4.png").c_str(), 0700), 0);
+  ASSERT_EQ(::mkfifo((folder_ / "p5.png").c_str(), 0600), 0);
+  const auto source = open();
+  EXPECT_EQ(all_frames(*source).size(), 1u);
+  EXPECT_THAT(source->warnings(), IsEmpty());
+}
+
+TEST_F(ImageFolderTest, SeveralSeriesInOneFolderAreRefusedByName) {
+  put_grey("left1.png", 1);
+  put_grey("right1.png", 1);
+  const auto error = error_of([&] { (void)open(); });
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->fault(), Fault::kUsage);
+  EXPECT_THAT(error->what(), HasSubstr("\"left#\", \"right#\""));
+}
+
+TEST_F(ImageFolderTest, AChangeOfSizeNamesTheFileAndBothSizes) {
+  put_grey("a1.png", 1);
+  put_grey("a2.png", 2);
+  put("a3.png", cv::Mat::zeros(9, 8, CV_8UC3));
+  put_grey("a4.png", 4);
+  const auto source = open();
+  EXPECT_NE(source->read({}), nullptr);
+  EXPECT_NE(source->read({}), nullptr);
+  const auto error = error_of([&] { (void)source->read({}); });
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->fault(), Fault::kFailure);
+  EXPECT_THAT(error->what(), HasSubstr("a3.png"));
+  EXPECT_THAT(error->what(), HasSubstr("8x9"));
+  EXPECT_THAT(error->what(), HasSubstr("6x4"));
+  EXPECT_EQ(source->read({}), nullptr) << "after a failure the source has ended";
+}
+
+TEST_F(ImageFolderTest, DamagedPicturesAreLeftOutAndCountedOnce) {
+  put_grey("a1.png", 1);
+  for (const auto* name : {"a2.png", "a3.jpg", "a4.bmp", "a5.ppm", "a6.webp"}) {
+    put(name, noise({6, 4}, CV_8UC3, 3));
+    cut(name, test::read_bytes(folder_ / name).size() - 4);
+  }
+  test::write_bytes(folder_ / "a7.png", std::string("not a picture"));
+  test::write_bytes(folder_ / "a8.png", std::string());
+  put_grey("a9.png", 9);
+  const auto source = open("?fps=10");
+  const auto frames = all_frames(*source);
+  ASSERT_EQ(frames.size(), 2u);
+  EXPECT_EQ(frames[1]->bgr.at<cv::Vec3b>(0, 0)[0], 9);
+  EXPECT_EQ(frames[1]->sequence, 1u);
+  EXPECT_EQ(frames[1]->device_time, std::chrono::milliseconds(800)) << "what is left out takes its time all the same";
+  EXPECT_THAT(source->warnings(), ElementsAre(HasSubstr("7 of 9 pictures could not be read and were left out, "
+                                                        "the first \"a2.png\"")));
+}
+
+TEST_F(ImageFolderTest, FoldersWithoutAReadablePictureAreRefused) {
+  const auto none = error_of([&] { (void)open(); });
+  ASSERT_TRUE(none);
+  EXPECT_EQ(none->fault(), Fault::kUsage);
+  EXPECT_THAT(none->what(), HasSubstr("holds no pictures"));
+  test::write_bytes(folder_ / "a1.png", std::string("x"));
+  const auto broken = error_of([&] { (void)open(); });
+  ASSERT_TRUE(broken);
+  EXPECT_THAT(broken->what(), HasSubstr("none of its 1 pictures can be read"));
+  const auto missing = error_of([&] { (void)registry_.open("folder://" + folder_.path() + "/none"); });
+  ASSERT_TRUE(missing);
+  EXPECT_THAT(missing->what(), HasSubstr("No such file or directory"));
+}
+
+TEST_F(ImageFolderTest, AFolderWithoutPermissionSaysSo) {
+  put_grey("a1.png", 1);
+  const auto root = ::geteuid() == 0;
+  ASSERT_EQ(::chmod(folder_.path().c_str(), 0), 0);
+  ASSERT_EQ(root ? ::seteuid(65534) : 0, 0);
+  const auto error = error_of([&] { (void)open(); });
+  ASSERT_EQ(root ? ::seteuid(0) : 0, 0);
+  ASSERT_EQ(::chmod(folder_.path().c_str(), 0700), 0);
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->fault(), Fault::kUsage);
+  EXPECT_THAT(error->what(), HasSubstr("Permission denied"));
+}
+
+TEST_F(ImageFolderTest, EveryTruncationIsFound) {
+  const auto picture = noise({12, 10}, CV_8UC3, 5);
+  for (const auto* ending : {"png", "jpg", "bmp", "ppm", "webp"}) {
+    const auto name = folder_ / ("whole." + std::string(ending));
+    ASSERT_TRUE(cv::imwrite(name, picture));
+    const auto whole = test::read_bytes(name);
+    EXPECT_TRUE(is_whole_picture(whole)) << ending;
+    // With fewer bytes the format cannot be told, and the decoder refuses them itself.
+    for (std::size_t bytes = 13; bytes < whole.size(); ++bytes) {
+      ASSERT_FALSE(is_whole_picture({whole.data(), bytes})) << ending << " cut to " << bytes;
+    }
+    for (std::size_t bytes = 0; bytes < 13; ++bytes) {
+      const test::Bytes alone(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(bytes));
+      (void)is_whole_picture(alone);  // Reads nothing beyond, which AddressSanitizer watches.
+    }
+  }
+}
+
+TEST_F(ImageFolderTest, StoppingEndsReading) {
+  put_grey("a1.png", 1);
+  const auto source = open();
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_EQ(source->read(stop.get_token()), nullptr);
+  EXPECT_NE(source->read({}), nullptr) << "and may go on";
+}
+
+TEST(NumberedNames, TheNumberThatChangesDecides) {
+  EXPECT_THAT(in_number_order({"a10_640x480.png", "a9_640x480.png", "a0011_640x480.png"}, "f"),
+              ElementsAre("a9_640x480.png", "a10_640x480.png", "a0011_640x480.png"));
+  EXPECT_THAT(in_number_order({"99999999999999999999999.png", "0.png", "00100000000000000000000000.png"}, "f"),
+              ElementsAre("0.png", "99999999999999999999999.png", "00100000000000000000000000.png"));
+  EXPECT_THAT(in_number_order({"cover.png"}, "f"), ElementsAre("cover.png"));
+  EXPECT_THAT(in_number_order({}, "f"), IsEmpty());
+}
+
+TEST(NumberedNames, AGuessIsRefused) {
+  const std::vector<std::vector<std::string>> ambiguous = {
+      {"cam1_0001.png", "cam2_0001.png", "cam2_0002.png"},  // Two numbers change.
+      {"a1.png", "b2.png"},                                 // The text changes.
+      {"a1.png", "cover.png"},                              // One has none.
+      {"a1.png", "a01.png"},                                // The same number twice.
+      {"a1.png", "a1.jpg"}};
+  for (const auto& names : ambiguous) {
+    const auto error = error_of([&] { (void)in_number_order(names, "pictures"); });
+    ASSERT_TRUE(error) << names[0] << " " << names[1];
+    EXPECT_EQ(error->fault(), Fault::kUsage);
+    EXPECT_THAT(error->what(), HasSubstr("\"pictures\""));
+  }
+  EXPECT_THAT(error_of([&] { (void)in_number_order(ambiguous[0], "f"); })->what(), HasSubstr("\"cam1_#\", \"cam2_#\""));
+}
+
+TEST(NumberedNames, OnlyVisibleNamesWithAPicturesEndingCount) {
+  for (const auto* name : {"a.png", "a.JPG", "a.b.Jpeg", "1.bmp", "x.tif", "x.tiff", "x.webp", "x.pgm", "x.ppm"}) {
+    EXPECT_TRUE(is_picture_name(name)) << name;
+  }
+  for (const auto* name : {".a.png", "png", "a.png.txt", "a.gif", "a.", "", ".png"}) EXPECT_FALSE(is_picture_name(name));
+}
+
+}  // namespace
+}  // namespace choreo::devices
