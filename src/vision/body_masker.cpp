@@ -89,8 +89,11 @@ MaskResult BodyMasker::process(const cv::Mat& picture, double time_s) {
                   changed_percent(difference_luminance(picture, last_lit_)) > options_.sudden_percent;
   const bool relight = options_.follow_exposure || result.sudden;
   // What the body covers would bend the curve; after a sudden change nobody knows where the body is.
-  const cv::Mat lit = relight ? ToneCurve(background_, picture, result.sudden ? cv::Mat() : last_mask_).apply(background_)
-                              : background_;
+  constexpr int kAnyChange = 255;
+  const auto curve = !relight        ? ToneCurve()
+                     : result.sudden ? ToneCurve(background_, picture, {}, kAnyChange)
+                                     : ToneCurve(background_, picture, last_mask_);
+  const cv::Mat lit = curve.apply(background_);
   const cv::Mat difference = difference_luminance(picture, lit);
   if (result.sudden) {
     if (changed_percent(difference) > options_.sudden_percent / 2) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <cmath>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -16,6 +17,9 @@ namespace {
 constexpr int kLevels = 16;  // Grey levels a range.
 constexpr int kRanges = 256 / kLevels;
 
+constexpr int kReach = 4;          // Grey levels: a peak's half width, for noise and texture.
+constexpr double kLeastShare = 0.3;  // Of a range's pixels that must have done alike.
+
 // How much the pixels of a range changed, and the sum of what they were.
 struct Seen {
   std::array<std::uint32_t, 511> change{};  // By change + 255.
@@ -23,32 +27,33 @@ struct Seen {
   std::uint64_t count = 0;
 };
 
-// The commonest change: of all that a wall's pixels of one level do in another light, they do the same, while what a
-// body in front makes of them is scattered. A mean around the peak gives parts of a level.
-double commonest_change(const Seen& seen) {
-  constexpr int kReach = 4;
-  constexpr int kLast = 510;
-  const auto sum_around = [&](int peak) {
-    std::uint64_t sum = 0;
-    for (int i = std::max(0, peak - kReach); i <= std::min(kLast, peak + kReach); ++i) sum += seen.change[std::size_t(i)];
-    return sum;
-  };
-  int peak = 255;
-  std::uint64_t most = sum_around(peak);  // Among equals no change at all.
-  for (int i = 0; i <= kLast; ++i) {
-    const auto sum = sum_around(i);
-    if (sum > most) {
-      most = sum;
-      peak = i;
+struct Peak {
+  double change = 0;
+  std::uint64_t count = 0;  // Pixels that changed so.
+};
+
+// The commonest change within least to most: what a wall's pixels of one level do in another light, they do together,
+// while what a body in front makes of them is scattered. A mean around the peak gives parts of a level.
+Peak commonest_change(const Seen& seen, int least, int most) {
+  const int first = std::max(0, least + 255);
+  const int last = std::min(510, most + 255);
+  Peak best;
+  int at = first - 1;
+  for (int i = first; i <= last; ++i) {
+    std::uint64_t count = 0;
+    for (int k = std::max(0, i - kReach); k <= std::min(510, i + kReach); ++k) count += seen.change[std::size_t(k)];
+    if (count > best.count) {
+      best.count = count;
+      at = i;
     }
   }
+  if (best.count == 0) return best;
   double weighted = 0;
-  double weight = 0;
-  for (int i = std::max(0, peak - kReach); i <= std::min(kLast, peak + kReach); ++i) {
-    weighted += double(seen.change[std::size_t(i)]) * (i - 255);
-    weight += double(seen.change[std::size_t(i)]);
+  for (int k = std::max(0, at - kReach); k <= std::min(510, at + kReach); ++k) {
+    weighted += double(seen.change[std::size_t(k)]) * (k - 255);
   }
-  return weight > 0 ? weighted / weight : 0;
+  best.change = weighted / double(best.count);
+  return best;
 }
 
 }  // namespace
@@ -57,7 +62,7 @@ ToneCurve::ToneCurve() : levels_(1, 256, CV_8UC3) {
   for (int level = 0; level < 256; ++level) levels_.at<cv::Vec3b>(0, level) = cv::Vec3b::all(static_cast<uchar>(level));
 }
 
-ToneCurve::ToneCurve(const cv::Mat& from, const cv::Mat& to, const cv::Mat& except) : ToneCurve() {
+ToneCurve::ToneCurve(const cv::Mat& from, const cv::Mat& to, const cv::Mat& except, int spread) : ToneCurve() {
   assert(from.type() == CV_8UC3 && to.type() == CV_8UC3 && from.size() == to.size());
   std::vector<std::array<Seen, kRanges>> seen(3);
   std::uint64_t total = 0;
@@ -79,12 +84,20 @@ ToneCurve::ToneCurve(const cv::Mat& from, const cv::Mat& to, const cv::Mat& exce
   }
   const auto enough = std::max<std::uint64_t>(8, total / 500);
   for (int channel = 0; channel < 3; ++channel) {
+    const auto& ranges = seen[std::size_t(channel)];
+    Seen all;
+    for (const auto& s : ranges) {
+      for (std::size_t i = 0; i < s.change.size(); ++i) all.change[i] += s.change[i];
+    }
+    const int common = static_cast<int>(std::lround(commonest_change(all, -255, 255).change));
     std::vector<std::pair<double, double>> knots;  // Level before, level after.
-    for (const auto& s : seen[std::size_t(channel)]) {
+    for (const auto& s : ranges) {
       if (s.count < enough) continue;
+      const auto peak = commonest_change(s, common - spread, common + spread);
+      if (double(peak.count) < kLeastShare * double(s.count)) continue;
       const double before = double(s.sum_before) / double(s.count);
       const double least = knots.empty() ? 0.0 : knots.back().second;
-      knots.emplace_back(before, std::max(least, before + commonest_change(s)));
+      knots.emplace_back(before, std::max(least, before + peak.change));
     }
     if (knots.empty()) continue;
     for (int level = 0; level < 256; ++level) {

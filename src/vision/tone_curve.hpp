@@ -18,8 +18,10 @@ class ToneCurve {
 
   /// @param from, to  CV_8UC3 of one size and scene.
   /// @param except  CV_8UC1 of that size: pixels to leave out where not 0, such as the last body; may be empty.
+  /// @param spread  how much the change at one level may differ from the commonest over all levels, grey levels; keeps
+  ///   clothes that are most of what a level has from being taken for the wall.
   /// @cost O(pixels / 4): every second row and column is looked at.
-  ToneCurve(const cv::Mat& from, const cv::Mat& to, const cv::Mat& except = {});
+  ToneCurve(const cv::Mat& from, const cv::Mat& to, const cv::Mat& except = {}, int spread = 24);
 
   /// `picture` in the other's light. CV_8UC3.
   [[nodiscard]] cv::Mat apply(const cv::Mat& picture) const;
