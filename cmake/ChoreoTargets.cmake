@@ -22,8 +22,10 @@ target_compile_options(choreo_settings INTERFACE
   -ffp-contract=off
   $<$<BOOL:${CHOREO_WERROR}>:-Werror>)
 if(CHOREO_SANITIZE)
-  target_compile_options(choreo_settings INTERFACE -fsanitize=${CHOREO_SANITIZE} -fno-omit-frame-pointer
-    $<$<NOT:$<STREQUAL:${CHOREO_SANITIZE},thread>>:-fno-sanitize-recover=all>)
+  target_compile_options(choreo_settings INTERFACE -fsanitize=${CHOREO_SANITIZE} -fno-omit-frame-pointer)
+  if(NOT CHOREO_SANITIZE STREQUAL "thread")
+    target_compile_options(choreo_settings INTERFACE -fno-sanitize-recover=all)
+  endif()
   target_link_options(choreo_settings INTERFACE -fsanitize=${CHOREO_SANITIZE})
 endif()
 

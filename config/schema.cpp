@@ -193,6 +193,9 @@ std::vector<Field> make_schema() {
       [](const std::string& s) { return !s.empty(); },
       "\"auto\", \"first:T\" (T a duration such as 1s), or the path of a picture of the empty room",
       "Where the picture of the empty room comes from: estimated over the whole clip, the median of its beginning, or a plate."));
+  fields.push_back(flag(
+      "background.follow_exposure", [](Options& o) -> bool& { return o.mask.follow_exposure; },
+      "Bring the background to each picture's exposure, white balance and tone, which cameras change by themselves."));
   fields.push_back(number(
       "background.follow_s", [](Options& o) -> double& { return o.mask.follow_s; }, {0, 3600}, "from 0 (off) to 3600 s",
       "Time constant with which the background follows slow changes of light, outside the body."));
@@ -220,6 +223,9 @@ std::vector<Field> make_schema() {
   fields.push_back(flag(
       "mask.half_contrast_edge", [](Options& o) -> bool& { return o.mask.half_contrast_edge; },
       "Take back edge pixels that are more wall than body."));
+  fields.push_back(flag(
+      "mask.drop_soft_light", [](Options& o) -> bool& { return o.mask.drop_soft_light; },
+      "Take away soft shadows and glows on the wall and floor."));
   fields.push_back(flag(
       "mask.largest_only", [](Options& o) -> bool& { return o.mask.largest_only; },
       "Keep the largest connected part alone: one performer, and passers-by are ignored."));

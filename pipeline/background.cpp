@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "pipeline/working_size.hpp"
+#include "vision/quiet_stretches.hpp"
 
 namespace choreo::pipeline {
 namespace {
@@ -23,7 +24,7 @@ constexpr Nanoseconds kFirstOfUnrepeatable = std::chrono::seconds(1);
 // there are too many.
 class EvenSampler {
  public:
-  EvenSampler(cv::Size size, std::size_t most) : size_(size), most_(most) {}
+  explicit EvenSampler(std::size_t most) : most_(most) {}
 
   void add(const cv::Mat& picture) {
     const auto number = seen_++;
@@ -35,14 +36,12 @@ class EvenSampler {
       step_ *= 2;
       if (number % step_ != 0) return;
     }
-    // A copy where the picture is not scaled: frames go back to their pool.
-    kept_.push_back(picture.size() == size_ ? picture.clone() : at_working_size(picture, size_));
+    kept_.push_back(picture);
   }
 
   [[nodiscard]] const std::vector<cv::Mat>& pictures() const { return kept_; }
 
  private:
-  cv::Size size_;
   std::size_t most_;
   std::size_t seen_ = 0;
   std::size_t step_ = 1;
@@ -114,7 +113,8 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
                       {}, "take the plate with the same camera and settings as the recording");
   }
   const auto bytes = std::size_t(size.area()) * 3;
-  EvenSampler sampler(size, std::clamp(kPictureBytes / bytes, kLeastPictures, kMostPictures));
+  EvenSampler sampler(std::clamp(kPictureBytes / bytes, kLeastPictures, kMostPictures));
+  vision::QuietStretches quiet;
   std::deque<devices::FramePtr> kept;
   std::optional<Nanoseconds> origin;
   // A given plate still needs some pictures: the sensor's noise is in them, not in the plate.
@@ -125,7 +125,9 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
     if (!repeatable) kept.push_back(frame);
     if (!whole && time >= (given ? kNoiseTime : least_time)) break;
     ++learned.frames_read;
-    sampler.add(frame->bgr);
+    const auto picture = at_working_size(frame->bgr, size);
+    sampler.add(picture);
+    if (whole) quiet.add(picture, to_seconds(time));
     if (progress) {
       const auto duration = whole ? source->info().duration.value_or(Nanoseconds{0}) : least_time;
       progress(duration > Nanoseconds{0} ? std::min(1.0, to_seconds(time) / to_seconds(duration)) : -1.0);
@@ -139,7 +141,7 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
     learned.estimate = vision::judge_plate(at_working_size(plate, size), pictures);
     learned.estimate.unseen = 0;  // Whoever gives a plate has seen the room.
   } else {
-    learned.estimate = whole ? vision::estimate_background(pictures)
+    learned.estimate = whole ? vision::estimate_background(pictures, quiet.finish())
                              : vision::judge_plate(vision::median_plate(pictures), pictures);
     learned.pictures = pictures.size();
   }

@@ -56,7 +56,8 @@ std::size_t raster_width_px(const PlotOptions& options) {
 }
 
 Plot::Plot(const PlotData& data, PlotOptions options)
-    : Plot(similarity::reduce(options.form, options.channels == PlotChannels::kZstar ? MatrixView<const float>{} : data.z,
+    : Plot(similarity::reduce(options.form,
+                              options.channels == PlotChannels::kZstar ? MatrixView<const float>{} : data.z,
                               options.channels == PlotChannels::kZ ? MatrixView<const float>{} : data.zstar,
                               data.times_s, raster_width_px(options)),
            data.times_s.size(), data.thumbnails, options) {}
@@ -96,8 +97,6 @@ cv::Mat Plot::render() const {
   return canvas.bgr();
 }
 
-cv::Rect Plot::raster_box() const {
-  return Figure(raster_, frames_, thumbnails_, options_, range_).raster_box();
-}
+cv::Rect Plot::raster_box() const { return Figure(raster_, frames_, thumbnails_, options_, range_).raster_box(); }
 
 }  // namespace choreo::outputs

@@ -124,11 +124,20 @@ std::string escaped(std::string_view text) {
   std::string out;
   for (const char c : text) {
     switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      default: out += c;
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      default:
+        out += c;
     }
   }
   return out;
@@ -175,7 +184,10 @@ double TextMeter::width(std::string_view text, double size, bool bold) const {
 }
 
 std::string TextMeter::shortened(std::string_view text, double size, bool bold, double most_px) const {
-  if (width(text, size, bold) <= most_px) return std::string(text);
+  // A letter is at least a tenth of an em wide, or it does not matter: a name may be megabytes long.
+  const auto hopeless = [&](std::size_t count) { return static_cast<double>(count) * size * 0.1 > most_px; };
+  const auto count = g_utf8_strlen(text.data(), static_cast<gssize>(text.size()));
+  if (!hopeless(static_cast<std::size_t>(count)) && width(text, size, bold) <= most_px) return std::string(text);
   std::vector<std::string> letters;
   for (std::size_t k = 0; k < text.size();) {
     const auto length = static_cast<std::size_t>(g_utf8_skip[static_cast<guchar>(text[k])]);
@@ -189,13 +201,11 @@ std::string TextMeter::shortened(std::string_view text, double size, bool bold, 
     for (std::size_t k = letters.size() - keep / 2; k < letters.size(); ++k) out += letters[k];
     return out;
   };
-  // The most letters that fit, by halving: a name may be megabytes long.
+  // The most letters that fit, by halving.
   std::size_t fits = 0, too_many = letters.size();
   while (too_many - fits > 1) {
     const std::size_t keep = (fits + too_many) / 2;
-    // A letter is at least a tenth of an em wide, or it does not matter.
-    const bool hopeless = static_cast<double>(keep) * size * 0.1 > most_px;
-    (!hopeless && width(with(keep), size, bold) <= most_px ? fits : too_many) = keep;
+    (!hopeless(keep) && width(with(keep), size, bold) <= most_px ? fits : too_many) = keep;
   }
   return with(fits);
 }
@@ -205,7 +215,11 @@ struct PixelCanvas::Impl {
   Surface surface;
   Context cairo;
 
-  void color(Rgb c) const { cairo_set_source_rgb(cairo.get(), c.r, c.g, c.b); }
+  /// Of the 256 shades there are the nearest, as a picture has it; Cairo would cut off.
+  void color(Rgb c) const {
+    const auto shade = [](double v) { return std::round(v * 255.0) / 255.0; };
+    cairo_set_source_rgb(cairo.get(), shade(c.r), shade(c.g), shade(c.b));
+  }
   void path(std::span<const Point> points, bool closed) const {
     cairo_new_path(cairo.get());
     for (const auto& p : points) cairo_line_to(cairo.get(), p.x, p.y);
@@ -332,9 +346,9 @@ void SvgCanvas::text(Point at, std::string_view text, const TextStyle& style) {
   std::string attributes;
   if (style.bold) attributes += " font-weight=\"bold\"";
   if (style.upwards) attributes += fmt::format(" transform=\"rotate(-90 {} {})\"", px(at.x), px(at.y));
-  body_ += fmt::format("<text x=\"{}\" y=\"{}\" font-size=\"{}\" fill=\"{}\" text-anchor=\"{}\"{}>{}</text>\n", px(at.x),
-                       px(at.y), px(style.size), hex(style.color), kAnchors[static_cast<int>(style.anchor)], attributes,
-                       escaped(text));
+  body_ += fmt::format("<text x=\"{}\" y=\"{}\" font-size=\"{}\" fill=\"{}\" text-anchor=\"{}\"{}>{}</text>\n",
+                       px(at.x), px(at.y), px(style.size), hex(style.color), kAnchors[static_cast<int>(style.anchor)],
+                       attributes, escaped(text));
 }
 
 std::string SvgCanvas::svg() const { return body_ + "</svg>\n"; }

@@ -44,17 +44,19 @@ Figure::Figure(const similarity::PlotRaster& raster, std::size_t frames, const s
   thin_ = std::max(1.0, std::round(em_ * 0.07));
   hair_ = std::max(1.0, std::round(em_ * 0.035));
   // Sand and indigo are no mixture of black, red, cyan and white, and near enough to the page to stand back.
-  inks_ = options.dark
-              ? Inks{{0.07, 0.075, 0.085}, {0.93, 0.93, 0.92}, {0.66, 0.67, 0.68}, {0.36, 0.37, 0.40}, {0.19, 0.19, 0.31}}
-              : Inks{{1, 1, 1}, {0.10, 0.10, 0.11}, {0.38, 0.39, 0.41}, {0.80, 0.80, 0.81}, {0.90, 0.86, 0.78}};
+  inks_ =
+      options.dark
+          ? Inks{{0.07, 0.075, 0.085}, {0.93, 0.93, 0.92}, {0.66, 0.67, 0.68}, {0.36, 0.37, 0.40}, {0.19, 0.19, 0.31}}
+          : Inks{{1, 1, 1}, {0.10, 0.10, 0.11}, {0.38, 0.39, 0.41}, {0.80, 0.80, 0.81}, {0.90, 0.86, 0.78}};
   gaps_ = similarity::has_gaps(raster, options.channels);
   data_x_ = grid.left;
   data_width_ = static_cast<double>(raster.width);
   data_height_ = static_cast<double>(raster.height);
 
   title_ = printable(options.title);
-  facts_ = fmt::format("{} {}, {}", frames, frames == 1 ? "frame" : "frames",
-                       describe_duration(raster.end_s - raster.begin_s));
+  // How long a single frame lasts nobody knows.
+  facts_ =
+      frames == 1 ? "1 frame" : fmt::format("{} frames, {}", frames, describe_duration(raster.end_s - raster.begin_s));
   subtitle_ = printable(options.subtitle);
   for (const auto& t : thumbnails) {
     if (t.time_s >= raster.begin_s && t.time_s <= raster.end_s) placed_.push_back({&t, time_to_x(t.time_s), {}});
@@ -79,15 +81,15 @@ void Figure::set_header() {
     y = std::max(y, (kTop + key) * em_);
     if (!placed_.empty()) y += (kThumbnailHeight + 1.4) * em_;
   }
-  data_y_ = std::round(y + (triangle() ? 0.2 : 1.0) * em_);
+  data_y_ = std::round(y + (triangle() ? 0.9 : 1.0) * em_);
   double bottom = data_y_ + data_height_ + kTitleRow * em_;
   if (triangle() && !placed_.empty()) bottom += (1.0 + kThumbnailHeight) * em_;
   height_ = static_cast<int>(std::ceil(bottom + kBottom * em_));
 }
 
 void Figure::place_thumbnails() {
-  const double top = triangle() ? data_y_ + data_height_ + (kTitleRow + 1.0) * em_
-                                : data_y_ - (kThumbnailHeight + 1.2) * em_;
+  const double top =
+      triangle() ? data_y_ + data_height_ + (kTitleRow + 1.0) * em_ : data_y_ - (kThumbnailHeight + 1.2) * em_;
   std::stable_sort(placed_.begin(), placed_.end(), [](const auto& a, const auto& b) { return a.x < b.x; });
   double free_from = 0.3 * em_;
   std::vector<PlacedThumbnail> kept;
@@ -117,6 +119,7 @@ cv::Rect Figure::raster_box() const {
 void Figure::draw(Canvas& canvas) const {
   canvas.fill({0.0, 0.0, static_cast<double>(width()), static_cast<double>(height())}, inks_.page);
   draw_header(canvas);
+  draw_outline(canvas);
   draw_axes(canvas);
   draw_raster(canvas);
   draw_key(canvas);
@@ -145,21 +148,20 @@ void Figure::draw_header(Canvas& canvas) const {
 
 void Figure::draw_raster(Canvas& canvas) const {
   const auto byte = [](double v) { return static_cast<std::uint8_t>(std::lround(255.0 * v)); };
-  const auto picture = similarity::paint(raster_, options_.channels, range_,
-                                         {byte(inks_.gap.b), byte(inks_.gap.g), byte(inks_.gap.r)});
-  const double x = data_x_, y = data_y_, w = data_width_, h = data_height_;
-  if (triangle()) {
-    const Point corners[] = {{x, y + h}, {x + w / 2.0, y}, {x + w, y + h}};
-    canvas.image(picture, {x, y, w, h}, Scaling::kCrisp, corners);
-    if (options_.dark) canvas.stroke(corners, true, hair_, inks_.hair);
-  } else {
-    canvas.image(picture, {x, y, w, h}, Scaling::kCrisp);
-    if (options_.dark) {
-      const Point corners[] = {{x, y}, {x + w, y}, {x + w, y + h}, {x, y + h}};
-      canvas.stroke(corners, true, hair_, inks_.hair);
-    }
-  }
+  const auto picture =
+      similarity::paint(raster_, options_.channels, range_, {byte(inks_.gap.b), byte(inks_.gap.g), byte(inks_.gap.r)});
+  canvas.image(picture, {data_x_, data_y_, data_width_, data_height_}, Scaling::kCrisp,
+               triangle() ? corners() : std::vector<Point>{});
 }
+
+std::vector<Point> Figure::corners() const {
+  const double left = data_x_, right = left + data_width_, top = data_y_, bottom = top + data_height_;
+  if (triangle()) return {{left, bottom}, {(left + right) / 2.0, top}, {right, bottom}};
+  return {{left, top}, {right, top}, {right, bottom}, {left, bottom}};
+}
+
+/// White on a white page and black on a dark one end somewhere too. The raster covers the inner half of the line.
+void Figure::draw_outline(Canvas& canvas) const { canvas.stroke(corners(), true, 2.0 * hair_, inks_.hair); }
 
 TimeTicks Figure::choose_ticks(double begin_s, double end_s, double pixels, bool across) const {
   const double px_per_s = pixels / (end_s - begin_s);
@@ -168,7 +170,7 @@ TimeTicks Figure::choose_ticks(double begin_s, double end_s, double pixels, bool
     auto ticks = time_ticks(begin_s, end_s, least);
     double widest = 0.0;
     for (const auto& t : ticks.ticks) widest = std::max(widest, meter_.width(t.label, em_));
-    if (!across || ticks.ticks.size() < 2 || widest + 1.2 * em_ <= ticks.step_s * px_per_s) return ticks;
+    if (!across || ticks.ticks.size() < 2 || widest + 1.7 * em_ <= ticks.step_s * px_per_s) return ticks;
     least = ticks.step_s * 1.01;
   }
 }
@@ -201,9 +203,10 @@ void Figure::draw_time_axis(Canvas& canvas, std::vector<Obstacle>& obstacles) co
 void Figure::draw_side_axis(Canvas& canvas) const {
   const double span = raster_.end_s - raster_.begin_s;
   const double first = triangle() ? 0.0 : raster_.begin_s;
-  auto ticks = choose_ticks(first, first + span, data_height_, false);
-  if (!triangle()) ticks = choose_ticks(first, first + span, data_height_, true);  // The same as across.
-  line(canvas, {data_x_ - thin_ / 2, data_y_}, {data_x_ - thin_ / 2, data_y_ + data_height_ + thin_}, thin_, inks_.text);
+  // In a square the same ticks as across.
+  const auto ticks = choose_ticks(first, first + span, data_height_, !triangle());
+  line(canvas, {data_x_ - thin_ / 2, data_y_}, {data_x_ - thin_ / 2, data_y_ + data_height_ + thin_}, thin_,
+       inks_.text);
   double widest = 0.0;
   for (const auto& t : ticks.ticks) {
     widest = std::max(widest, meter_.width(t.label, em_));

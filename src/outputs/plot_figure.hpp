@@ -50,11 +50,13 @@ class Figure {
 
   [[nodiscard]] bool triangle() const { return options_.form == PlotForm::kTriangle; }
   [[nodiscard]] double time_to_x(double seconds) const;
+  [[nodiscard]] std::vector<Point> corners() const;
   [[nodiscard]] double key_width() const;
   [[nodiscard]] TimeTicks choose_ticks(double begin_s, double end_s, double pixels, bool across) const;
   void set_header();
   void place_thumbnails();
   void draw_header(Canvas& canvas) const;
+  void draw_outline(Canvas& canvas) const;
   void draw_raster(Canvas& canvas) const;
   void draw_axes(Canvas& canvas) const;
   void draw_time_axis(Canvas& canvas, std::vector<Obstacle>& obstacles) const;

@@ -39,7 +39,6 @@ void accumulate(const float* values, const double* weights, std::size_t n, doubl
   weight += (w[0] + w[1]) + (w[2] + w[3]);
 }
 
-/// The smallest share of a cell that counts as a body seen; less is the rounding of a sum.
 float mean(double sum, double weight) { return weight > 0.0 ? static_cast<float>(sum / weight) : kNaN; }
 
 }  // namespace

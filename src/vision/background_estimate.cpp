@@ -13,6 +13,7 @@
 #include <tbb/parallel_for.h>
 
 #include "vision/difference.hpp"
+#include "vision/tone_curve.hpp"
 
 namespace choreo::vision {
 namespace {
@@ -20,8 +21,6 @@ namespace {
 constexpr double kLeastThreshold = 10.0;    // Grey levels; compression and rounding alone reach half of it.
 constexpr double kThresholdPerNoise = 5.0;  // Beyond this many standard deviations a pixel is not the sensor's noise.
 constexpr double kBodyShare = 0.005;        // Of the picture; less is no body.
-constexpr double kQuietShare = 0.0005;      // Of the picture; with less change than this the picture stands still.
-constexpr int kQuietRun = 3;                // Pictures that must stand still together.
 
 // Median of half-normal noise over its standard deviation lies between 0.67 (channels in step) and 0.8 (independent).
 constexpr double kMedianPerNoise = 0.75;
@@ -110,35 +109,6 @@ cv::Mat commonest_colours(std::span<const cv::Mat> pictures, double noise) {
   return plate;
 }
 
-cv::Mat mean_picture(std::span<const cv::Mat> pictures) {
-  cv::Mat sum = cv::Mat::zeros(pictures.front().size(), CV_32SC3);
-  for (const auto& picture : pictures) cv::add(sum, picture, sum, cv::noArray(), CV_32S);
-  cv::Mat mean;
-  sum.convertTo(mean, CV_8U, 1.0 / double(pictures.size()));
-  return mean;
-}
-
-struct Run {
-  std::size_t first;
-  std::size_t length;
-};
-
-// Longest first, so that what stood still longest is asked first.
-std::vector<Run> quiet_runs(std::span<const cv::Mat> pictures, double threshold) {
-  std::vector<Run> runs;
-  for (std::size_t first = 0; first < pictures.size();) {
-    std::size_t end = first + 1;
-    while (end < pictures.size() && share(foreground(pictures[end], pictures[end - 1], threshold)) < kQuietShare &&
-           share(foreground(pictures[end], pictures[first], threshold)) < kQuietShare) {
-      ++end;
-    }
-    if (end - first >= kQuietRun) runs.push_back({first, end - first});
-    first = end;
-  }
-  std::stable_sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) { return a.length > b.length; });
-  return runs;
-}
-
 // How strong an edge a picture has along a region's border, in grey levels.
 double border_contrast(const cv::Mat& grey, const cv::Mat& border) {
   const cv::Mat square = cv::getStructuringElement(cv::MORPH_RECT, {5, 5});
@@ -210,7 +180,11 @@ BackgroundEstimate judge_plate(const cv::Mat& plate, std::span<const cv::Mat> pi
   BackgroundEstimate estimate;
   estimate.plate = plate;
   std::vector<double> medians;
-  for (const auto& picture : pictures) medians.push_back(interpolated_median(difference_luminance(picture, plate)));
+  std::vector<cv::Mat> lit;  // The plate in each picture's light.
+  for (const auto& picture : pictures) {
+    lit.push_back(ToneCurve(plate, picture).apply(plate));
+    medians.push_back(interpolated_median(difference_luminance(picture, lit.back())));
+  }
   estimate.noise = lower_quartile(medians) / kMedianPerNoise;
 
   const double threshold = threshold_of(estimate.noise);
@@ -219,8 +193,8 @@ BackgroundEstimate judge_plate(const cv::Mat& plate, std::span<const cv::Mat> pi
   cv::Mat ever = cv::Mat::zeros(plate.size(), CV_8UC1);
   // Where the wall was seen while the body was elsewhere.
   cv::Mat bare = cv::Mat::zeros(plate.size(), CV_8UC1);
-  for (const auto& picture : pictures) {
-    cv::Mat mask = without_specks(annealed(foreground(picture, plate, threshold), 2), speck, false);
+  for (std::size_t k = 0; k < pictures.size(); ++k) {
+    const cv::Mat mask = without_specks(annealed(foreground(pictures[k], lit[k], threshold), 2), speck, false);
     ever |= mask;
     if (share(mask) < kBodyShare) {
       bare = 255;
@@ -246,18 +220,22 @@ BackgroundEstimate judge_plate(const cv::Mat& plate, std::span<const cv::Mat> pi
   return estimate;
 }
 
-BackgroundEstimate estimate_background(std::span<const cv::Mat> pictures) {
+BackgroundEstimate estimate_background(std::span<const cv::Mat> pictures, std::span<const cv::Mat> quiet) {
   assert(!pictures.empty());
+  const cv::Mat reference = quiet.empty() ? pictures[pictures.size() / 2] : quiet.front();
+  std::vector<cv::Mat> alike;
+  for (const auto& picture : pictures) alike.push_back(ToneCurve(picture, reference).apply(picture));
+
   // Noise from neighbours in time, whose difference has twice the variance; most of the picture does not move.
   std::vector<double> medians;
-  for (std::size_t k = 1; k < pictures.size(); ++k) {
-    medians.push_back(interpolated_median(difference_luminance(pictures[k], pictures[k - 1])));
+  for (std::size_t k = 1; k < alike.size(); ++k) {
+    medians.push_back(interpolated_median(difference_luminance(alike[k], alike[k - 1])));
   }
   const double noise = lower_quartile(medians) / (kMedianPerNoise * std::sqrt(2.0));
 
-  cv::Mat plate = commonest_colours(pictures, noise);
-  for (const auto& run : quiet_runs(pictures, threshold_of(noise * std::sqrt(2.0)))) {
-    take_unoutlined(plate, mean_picture(pictures.subspan(run.first, run.length)), threshold_of(noise));
+  cv::Mat plate = commonest_colours(alike, noise);
+  for (const auto& candidate : quiet) {
+    take_unoutlined(plate, ToneCurve(candidate, reference).apply(candidate), threshold_of(noise));
   }
   return judge_plate(plate, pictures);
 }

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <span>
-#include <string>
 
 #include <opencv2/core/mat.hpp>
 
@@ -34,9 +33,12 @@ struct BackgroundEstimate {
 /// stands still are candidates for the empty room: where such a stretch and the commonest colours disagree over a
 /// region, the one without an edge along the region's border is the wall, since a body has an outline and a wall goes
 /// on behind it.
-/// @param pictures  in order of time, evenly spread over the clip; at least one, CV_8UC3, of one size.
+/// All are brought to one light first: cameras change exposure as somebody walks in.
+/// @param pictures  evenly spread over the clip; at least one, CV_8UC3, of one size.
+/// @param quiet  means of stretches in which the picture stood still (`QuietStretches`), the longest first.
 /// @cost  O(pictures x pixels); uses all cores, and the result does not depend on how many.
-[[nodiscard]] BackgroundEstimate estimate_background(std::span<const cv::Mat> pictures);
+[[nodiscard]] BackgroundEstimate estimate_background(std::span<const cv::Mat> pictures,
+                                                     std::span<const cv::Mat> quiet);
 
 /// A given plate judged against pictures of the clip: fills in noise, unseen and empty.
 [[nodiscard]] BackgroundEstimate judge_plate(const cv::Mat& plate, std::span<const cv::Mat> pictures);

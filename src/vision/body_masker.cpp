@@ -2,7 +2,6 @@
 #include "vision/body_masker.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
 #include <utility>
@@ -13,6 +12,8 @@
 #include "core/error.hpp"
 #include "vision/background_estimate.hpp"
 #include "vision/difference.hpp"
+#include "vision/soft_light.hpp"
+#include "vision/tone_curve.hpp"
 
 namespace choreo::vision {
 namespace {
@@ -36,47 +37,6 @@ cv::Rect pixels_of(const Zone& zone, cv::Size size) {
   const int x1 = static_cast<int>(std::lround(zone.x1 * size.width));
   const int y1 = static_cast<int>(std::lround(zone.y1 * size.height));
   return {x0, y0, x1 - x0, y1 - y0};
-}
-
-// The background in another light: per channel the monotone tone curve that takes it to the picture, from the median
-// over the pixels of each range of levels. A body covers too few of them to sway a median.
-cv::Mat in_the_light_of(const cv::Mat& background, const cv::Mat& picture) {
-  constexpr int kLevels = 16;  // Grey levels a range.
-  constexpr int kRanges = 256 / kLevels;
-  cv::Mat curves(1, 256, CV_8UC3);
-  for (int channel = 0; channel < 3; ++channel) {
-    std::vector<std::vector<std::uint8_t>> seen(kRanges);
-    for (int y = 0; y < background.rows; ++y) {
-      const auto* b = background.ptr<std::uint8_t>(y) + channel;
-      const auto* p = picture.ptr<std::uint8_t>(y) + channel;
-      for (int x = 0; x < background.cols; ++x) seen[std::size_t(b[3 * x] / kLevels)].push_back(p[3 * x]);
-    }
-    std::vector<std::pair<double, double>> knots;  // Level before, level after; at the middle of each range.
-    const std::size_t enough = std::max<std::size_t>(8, background.total() / 500);
-    for (int r = 0; r < kRanges; ++r) {
-      auto& values = seen[std::size_t(r)];
-      if (values.size() < enough) continue;
-      const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-      std::nth_element(values.begin(), middle, values.end());
-      const double before = r * kLevels + (kLevels - 1) / 2.0;
-      const double least = knots.empty() ? 0.0 : knots.back().second;
-      knots.emplace_back(before, std::max(least, double(*middle)));
-    }
-    for (int level = 0; level < 256; ++level) {
-      double after = level;
-      if (knots.size() == 1) {
-        after = level * knots[0].second / std::max(1.0, knots[0].first);
-      } else if (knots.size() > 1) {
-        auto right = std::find_if(knots.begin() + 1, knots.end() - 1, [&](const auto& k) { return k.first >= level; });
-        const auto left = right - 1;
-        after = left->second + (level - left->first) * (right->second - left->second) / (right->first - left->first);
-      }
-      curves.at<cv::Vec3b>(0, level)[channel] = cv::saturate_cast<std::uint8_t>(after);
-    }
-  }
-  cv::Mat out;
-  cv::LUT(background, curves, out);
-  return out;
 }
 
 }  // namespace
@@ -109,7 +69,9 @@ BodyMasker::BodyMasker(const cv::Mat& plate, double noise, MaskOptions options) 
   }
 }
 
-cv::Mat BodyMasker::raw_mask(const cv::Mat& difference) const { return difference > threshold_; }
+double BodyMasker::changed_percent(const cv::Mat& difference) const {
+  return 100.0 * cv::countNonZero(difference > threshold_) / double(difference.total());
+}
 
 MaskResult BodyMasker::process(const cv::Mat& picture, double time_s) {
   assert(picture.type() == CV_8UC3 && picture.size() == background_.size());
@@ -122,31 +84,37 @@ MaskResult BodyMasker::process(const cv::Mat& picture, double time_s) {
     result.learning = relearn(picture, time_s);
     if (result.learning) return result;
   }
-  cv::Mat difference = difference_luminance(picture, background_);
-  cv::Mat mask = raw_mask(difference);
-  const double changed_percent = 100.0 * cv::countNonZero(mask) / double(mask.total());
-  if (options_.sudden_percent < 100 && changed_percent > options_.sudden_percent) {
-    result.sudden = true;
-    const cv::Mat relit = in_the_light_of(background_, picture);
-    difference = difference_luminance(picture, relit);
-    mask = raw_mask(difference);
-    if (100.0 * cv::countNonZero(mask) / double(mask.total()) > options_.sudden_percent / 2) {
+  // A change of light is seen against the light of the last picture, before it is made up for.
+  result.sudden = options_.sudden_percent < 100 && !last_lit_.empty() &&
+                  changed_percent(difference_luminance(picture, last_lit_)) > options_.sudden_percent;
+  const bool relight = options_.follow_exposure || result.sudden;
+  // What the body covers would bend the curve; after a sudden change nobody knows where the body is.
+  const cv::Mat lit = relight ? ToneCurve(background_, picture, result.sudden ? cv::Mat() : last_mask_).apply(background_)
+                              : background_;
+  const cv::Mat difference = difference_luminance(picture, lit);
+  if (result.sudden) {
+    if (changed_percent(difference) > options_.sudden_percent / 2) {
       // Not the light but the scene: nothing known of the old wall helps.
       learning_since_s_ = time_s;
-      learning_.clear();
       result.learning = relearn(picture, time_s);
       return result;
     }
-    background_ = relit;
+    background_ = lit;
     background_.convertTo(running_, CV_32F);
   }
+  cv::Mat mask = difference > threshold_;
+  if (options_.drop_soft_light) mask = without_soft_light(mask, picture, lit);
   if (options_.half_contrast_edge) mask = edge_at_half_contrast(mask, difference);
   mask = annealed(mask, options_.steps);
   if (!allowed_.empty()) mask &= allowed_;
   const int speck = static_cast<int>(std::ceil(options_.speck_percent / 100.0 * double(mask.total())));
   mask = without_specks(mask, speck, options_.largest_only);
 
-  follow(picture, mask, dt_s);
+  // The body's shadow and blur reach beyond its mask.
+  const int margin = 2 + picture.rows / 60;
+  cv::dilate(mask, last_mask_, cv::getStructuringElement(cv::MORPH_RECT, {2 * margin + 1, 2 * margin + 1}));
+  last_lit_ = lit;
+  follow(picture, lit, dt_s);
 
   const int area = cv::countNonZero(mask);
   if (area == 0 || area < options_.min_body_percent / 100.0 * double(mask.total())) return result;
@@ -158,26 +126,25 @@ MaskResult BodyMasker::process(const cv::Mat& picture, double time_s) {
   return result;
 }
 
-void BodyMasker::follow(const cv::Mat& picture, const cv::Mat& mask, double dt_s) {
+void BodyMasker::follow(const cv::Mat& picture, const cv::Mat& lit, double dt_s) {
   if (options_.follow_s <= 0 || dt_s <= 0) return;
-  // The body's shadow and blur reach beyond its mask.
-  cv::Mat body;
-  const int margin = 2 + picture.rows / 60;
-  cv::dilate(mask, body, cv::getStructuringElement(cv::MORPH_RECT, {2 * margin + 1, 2 * margin + 1}));
   const auto rate = static_cast<float>(1.0 - std::exp(-dt_s / options_.follow_s));
+  cv::Mat next = background_.clone();  // `lit` may be the old one.
   for (int y = 0; y < picture.rows; ++y) {
     const auto* now = picture.ptr<std::uint8_t>(y);
-    const auto* skip = body.ptr<std::uint8_t>(y);
+    const auto* expected = lit.ptr<std::uint8_t>(y);
+    const auto* skip = last_mask_.ptr<std::uint8_t>(y);
     auto* mean = running_.ptr<float>(y);
-    auto* rounded = background_.ptr<std::uint8_t>(y);
+    auto* rounded = next.ptr<std::uint8_t>(y);
     for (int x = 0; x < picture.cols; ++x) {
       if (skip[x] != 0) continue;
       for (int i = 3 * x; i < 3 * x + 3; ++i) {
-        mean[i] += rate * (float(now[i]) - mean[i]);
+        mean[i] = std::clamp(mean[i] + rate * (float(now[i]) - float(expected[i])), 0.0F, 255.0F);
         rounded[i] = static_cast<std::uint8_t>(mean[i] + 0.5F);
       }
     }
   }
+  background_ = next;
 }
 
 bool BodyMasker::relearn(const cv::Mat& picture, double time_s) {
@@ -186,6 +153,8 @@ bool BodyMasker::relearn(const cv::Mat& picture, double time_s) {
   if (time_s - *learning_since_s_ < options_.relearn_s) return true;
   background_ = median_plate(learning_);
   background_.convertTo(running_, CV_32F);
+  last_mask_ = cv::Mat();
+  last_lit_ = cv::Mat();
   learning_.clear();
   learning_since_s_.reset();
   return false;

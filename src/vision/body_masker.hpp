@@ -23,12 +23,14 @@ struct MaskOptions {
   double least_threshold = 10.0;    ///< Grey levels, [1, 255]; the measured threshold is never lower.
   int steps = 2;                    ///< Grow steps, then as many shrink steps, [0, 32].
   bool half_contrast_edge = true;   ///< Take back edge pixels that are more wall than body.
+  bool drop_soft_light = true;      ///< Take away soft shadows and glows.
   bool largest_only = false;        ///< Keep the largest component alone.
   double speck_percent = 0.02;      ///< Components smaller than this share of the picture go, [0, 100].
   double min_body_percent = 0.5;    ///< Of the picture; a smaller mask is no body, [0, 100].
   Zone roi;                         ///< What lies outside is no body.
   std::vector<Zone> ignore;         ///< What lies inside any of these is no body.
 
+  bool follow_exposure = true;  ///< Bring the background to each picture's exposure, white balance and tone.
   double follow_s = 20.0;       ///< Time constant of the running background outside the body, s, [0, 3600]; 0: off.
   double sudden_percent = 60.0; ///< A change of more than this share of the picture is not a body, [1, 100]; 100: off.
   double relearn_s = 1.0;       ///< How long the background is learned anew after a sudden change, s, [0, 60].
@@ -42,7 +44,7 @@ struct MaskResult {
   int area = 0;          ///< Pixels in `mask`.
   bool body = false;     ///< Whether there is a body.
   bool cut = false;      ///< The body touches the picture's border.
-  bool sudden = false;   ///< The whole picture changed at this frame; the background is learned anew from here.
+  bool sudden = false;   ///< The whole picture changed at this frame; the background is learned anew.
   bool learning = false; ///< No mask: the background is being learned anew.
 };
 
@@ -62,14 +64,16 @@ class BodyMasker {
   [[nodiscard]] double threshold() const { return threshold_; }  ///< In use, grey levels of D.
 
  private:
-  [[nodiscard]] cv::Mat raw_mask(const cv::Mat& difference) const;
-  void follow(const cv::Mat& picture, const cv::Mat& mask, double dt_s);
+  [[nodiscard]] double changed_percent(const cv::Mat& difference) const;
+  void follow(const cv::Mat& picture, const cv::Mat& lit, double dt_s);
   bool relearn(const cv::Mat& picture, double time_s);
 
   MaskOptions options_;
   double threshold_;
-  cv::Mat running_;     // CV_32FC3, the background as it is now.
+  cv::Mat running_;     // CV_32FC3, the background in the light of the plate.
   cv::Mat background_;  // CV_8UC3, the same rounded.
+  cv::Mat last_lit_;    // CV_8UC3, in the light of the last picture.
+  cv::Mat last_mask_;   // CV_8UC1, the last body and what is near it; not to be learned from.
   cv::Mat allowed_;     // CV_8UC1, where a body may be; empty: everywhere.
   std::optional<double> last_time_s_;
   std::optional<double> learning_since_s_;

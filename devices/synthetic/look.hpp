@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the performer and the room look like: builds, tones, clothes, walls, chosen by the seed or by name.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include <opencv2/core.hpp>
+
+#include "body/figure.hpp"
+
+namespace choreo::devices::synthetic {
+
+enum class HairStyle { kShort, kBob, kBun };
+
+/// Colours are blue green red, 0 to 255, in full light.
+struct Look {
+  body::Build build = body::Build::kMedium;
+  HairStyle hair_style = HairStyle::kShort;
+  cv::Vec3f skin, hair, shirt, trousers, shoes;
+  cv::Vec3f wall, panel, floor;
+};
+
+/// Names for `build=`, `skin=` and `clothes=`; the first, "auto", leaves the choice to the seed.
+[[nodiscard]] std::span<const std::string> build_names();
+[[nodiscard]] std::span<const std::string> skin_names();
+[[nodiscard]] std::span<const std::string> clothes_names();
+
+/// 0.299 |dR| + 0.587 |dG| + 0.114 |dB| of two colours.
+[[nodiscard]] double colour_distance(const cv::Vec3f& a, const cv::Vec3f& b);
+
+/// Chooses everything. Shirt and hair keep at least 35 grey levels from wall and panel in any light, trousers and shoes
+/// also from the floor; with clothes "wall", shirt and trousers are within 12 of the wall instead.
+/// @param build, skin, clothes  one of the names above.
+[[nodiscard]] Look choose_look(std::uint64_t seed, const std::string& build, const std::string& skin,
+                               const std::string& clothes);
+
+}  // namespace choreo::devices::synthetic

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "devices/synthetic/room.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <opencv2/imgproc.hpp>
+
+#include "devices/synthetic/chance.hpp"
+
+namespace choreo::devices::synthetic {
+namespace {
+
+// Smooth chance: a coarse grid of normal numbers, enlarged.
+cv::Mat1f clouds(cv::Size size, double grain_px, std::uint64_t seed) {
+  const int cols = static_cast<int>(std::ceil(size.width / grain_px)) + 3;
+  const int rows = static_cast<int>(std::ceil(size.height / grain_px)) + 3;
+  cv::Mat1f coarse(rows, cols);
+  for (int y = 0; y < rows; ++y) {
+    for (int x = 0; x < cols; ++x) {
+      coarse(y, x) = static_cast<float>(
+          std::clamp(normal(mixed(seed, static_cast<std::uint64_t>(y), static_cast<std::uint64_t>(x))), -2.5, 2.5));
+    }
+  }
+  cv::Mat1f fine;
+  cv::resize(coarse, fine, cv::Size(static_cast<int>(cols * grain_px) + 1, static_cast<int>(rows * grain_px) + 1), 0, 0,
+             cv::INTER_CUBIC);
+  return fine(cv::Rect(0, 0, size.width, size.height));
+}
+
+cv::Scalar shade(const cv::Vec3f& colour, double factor) {
+  return {colour[0] * factor, colour[1] * factor, colour[2] * factor};
+}
+
+class Painter {
+ public:
+  Painter(const Stage& stage, int margin, const Look& look) : stage_(stage), margin_(margin), look_(look) {
+    picture_.create(stage.size.height + 2 * margin, stage.size.width + 2 * margin, CV_32FC3);
+    picture_.setTo(shade(look.wall, 1));
+  }
+
+  [[nodiscard]] int column(double x) const { return cvRound(stage_.centre_x + stage_.unit * x) + margin_; }
+  [[nodiscard]] int row(double y) const { return cvRound(stage_.floor_y - stage_.unit * y) + margin_; }
+  [[nodiscard]] int thin() const { return std::max(1, cvRound(stage_.unit * 0.004)); }
+
+  // A filled rectangle in body coordinates, from left and top to right and bottom.
+  void block(double left, double top, double right, double bottom, const cv::Scalar& colour) {
+    const cv::Rect area(cv::Point(column(left), row(top)), cv::Point(column(right), row(bottom)));
+    const cv::Rect inside = area & cv::Rect(0, 0, picture_.cols, picture_.rows);
+    if (!inside.empty()) picture_(inside).setTo(colour);
+  }
+
+  void wall(double wide) {
+    constexpr double kRail = 0.40;
+    constexpr double kSkirting = 0.115;
+    block(-wide, kRail, wide, 0.04, shade(look_.panel, 1));
+    // Panels with a light lower and a dark upper edge.
+    constexpr double kPanel = 0.36, kGap = 0.045;
+    const double line = thin() / stage_.unit;
+    for (double left = -kPanel / 2 - kPanel * std::ceil(wide / kPanel); left < wide; left += kPanel) {
+      const double a = left + kGap / 2, b = left + kPanel - kGap / 2, top = kRail - 0.045, bottom = kSkirting + 0.035;
+      block(a, top, b, bottom, shade(look_.panel, 0.93));
+      block(a + line, top - line, b, bottom, shade(look_.panel, 1.05));
+      block(a + line, top - line, b - line, bottom + line, shade(look_.panel, 0.985));
+    }
+    block(-wide, kRail + 0.012, wide, kRail - 0.012, shade(look_.panel, 1.07));
+    block(-wide, kRail - 0.012, wide, kRail - 0.012 - line, shade(look_.panel, 0.86));
+    block(-wide, kSkirting, wide, 0.04, shade(look_.panel, 1.10));
+    block(-wide, kSkirting - 0.012, wide, kSkirting - 0.012 - line, shade(look_.panel, 0.97));
+  }
+
+  void floor(double wide) {
+    const int top = row(0.05);
+    block(-wide, 0.05, wide, -2, shade(look_.floor, 1));
+    const cv::Rect below(0, top, picture_.cols, std::max(0, picture_.rows - top));
+    if (top >= picture_.rows || top < 0) return;
+    cv::Mat ground = picture_(below);
+    // Boards run towards the viewer and spread from a point at the height of the eyes.
+    for (int i = -40; i <= 40; ++i) {
+      const double x = (i + 0.5) * 0.17;
+      const double spread = 1.75;
+      cv::line(ground, {column(x), 0}, {column(x * spread), row(-0.40) - top}, shade(look_.floor, 0.90), thin(),
+               cv::LINE_AA);
+    }
+    cv::rectangle(ground, cv::Rect(0, 0, ground.cols, thin()), shade(look_.floor, 0.72), cv::FILLED);
+  }
+
+  void frame(double x, double y, double width, double height, const cv::Vec3f& wood, const cv::Vec3f& sky,
+             const cv::Vec3f& land, double skyline) {
+    constexpr double kWood = 0.014, kMount = 0.03;
+    block(x - width / 2 + 0.008, y + height / 2 - 0.01, x + width / 2 + 0.008, y - height / 2 - 0.012,
+          shade(look_.wall, 0.93));
+    block(x - width / 2, y + height / 2, x + width / 2, y - height / 2, shade(wood, 1));
+    const double w = width / 2 - kWood, h = height / 2 - kWood;
+    block(x - w, y + h, x + w, y - h, shade(cv::Vec3f(214, 222, 226), 1));
+    const double iw = w - kMount, ih = h - kMount;
+    block(x - iw, y + ih, x + iw, y - ih, shade(sky, 1));
+    block(x - iw, y + ih * skyline, x + iw, y - ih, shade(land, 1));
+    block(x - iw, y + ih * (skyline - 0.45), x + iw, y - ih, shade(land, 0.82));
+  }
+
+  cv::Mat& picture() { return picture_; }
+
+ private:
+  const Stage& stage_;
+  int margin_;
+  const Look& look_;
+  cv::Mat picture_;
+};
+
+}  // namespace
+
+Stage make_stage(cv::Size size) {
+  constexpr double kShareOfHeight = 0.75;
+  constexpr double kRoomAside = 1.36;  // of a body stretched out and leaning, in units of its height
+  constexpr double kReach = 1.25;      // jumping with the arms up
+  Stage stage;
+  stage.size = size;
+  stage.unit = std::min(kShareOfHeight * size.height, size.width / kRoomAside);
+  stage.centre_x = size.width / 2.0;
+  stage.floor_y = std::min(0.95 * size.height, (size.height + kReach * stage.unit) / 2);
+  return stage;
+}
+
+cv::Mat paint_room(const Stage& stage, const Look& look, std::uint64_t seed, int margin) {
+  Painter painter(stage, margin, look);
+  const double wide = stage.half_width() + margin / stage.unit + 0.1;
+  painter.wall(wide);
+  painter.floor(wide);
+  const double tilt = uniform(mixed(seed, 201)) * 0.06;
+  painter.frame(-0.74, 0.86 + tilt, 0.25, 0.33, {52, 70, 92}, {196, 184, 160}, {96, 124, 112}, 0.05);
+  painter.frame(0.72, 0.90 - tilt, 0.27, 0.21, {46, 58, 74}, {176, 196, 206}, {128, 116, 98}, -0.1);
+
+  auto& picture = painter.picture();
+  const cv::Size size = picture.size();
+  // Unevenness of the plaster at three scales, and light that falls off to one side.
+  const cv::Mat1f coarse = clouds(size, std::max(2.0, stage.unit * 0.16), mixed(seed, 211));
+  const cv::Mat1f middle = clouds(size, std::max(1.0, stage.unit * 0.045), mixed(seed, 212));
+  const cv::Mat1f small = clouds(size, std::max(1.0, stage.unit * 0.010), mixed(seed, 213));
+  cv::Mat out(size, CV_16SC3);
+  constexpr float kScale = 1 << kLevelBits;
+  for (int y = 0; y < size.height; ++y) {
+    const auto* from = picture.ptr<cv::Vec3f>(y);
+    auto* to = out.ptr<cv::Vec3s>(y);
+    const double v = (y - margin) / static_cast<double>(stage.size.height);
+    for (int x = 0; x < size.width; ++x) {
+      const double u = (x - margin) / static_cast<double>(stage.size.width);
+      const double light = 1.05 - 0.07 * u - 0.05 * v * v;
+      const float texture = 1.6F * coarse(y, x) + 1.3F * middle(y, x) + 0.9F * small(y, x);
+      for (int c = 0; c < 3; ++c) {
+        const float level = static_cast<float>(from[x][c] * light) + texture;
+        to[x][c] = static_cast<short>(cvRound(std::clamp(level, 0.0F, 255.0F) * kScale));
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace choreo::devices::synthetic

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// summary.json: what was analysed, with which settings, and what is to be known about the result.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "config/config.hpp"
+#include "pipeline/background.hpp"
+#include "pipeline/runner.hpp"
+
+namespace choreo::cli {
+
+struct Summary {
+  devices::SourceInfo source;
+  std::string span;
+  std::uint64_t every = 1;
+  cv::Size working_size;
+  std::size_t frames = 0;
+  std::size_t frames_without_body = 0;
+  std::size_t frames_with_body_cut = 0;
+  double first_time_s = 0;
+  double last_time_s = 0;
+  double threshold = 0;
+  vision::BackgroundEstimate background;
+  std::size_t background_pictures = 0;
+  std::vector<double> sudden_changes_s;
+  cv::Size canvas;
+  std::vector<std::string> warnings;
+  bool interrupted = false;
+  std::vector<std::string> files;
+
+  // Timings: the only part that differs from run to run.
+  int threads = 0;
+  std::string instruction_set;
+  Nanoseconds learn_wall{0};
+  pipeline::RunReport run;
+  Nanoseconds pairs_wall{0};
+  Nanoseconds plots_wall{0};
+};
+
+/// As indented JSON.
+[[nodiscard]] std::string to_json(const Summary& summary, const config::Config& config);
+
+/// The stages' times as lines of a table, for people.
+[[nodiscard]] std::vector<std::string> timing_table(const Summary& summary);
+
+}  // namespace choreo::cli

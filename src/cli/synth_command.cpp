@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+// choreoscope synth: films the synthetic performer, with the truth about every frame.
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "cli/commands.hpp"
+#include "devices/synthetic/synthetic_source.hpp"
+#include "outputs/output_set.hpp"
+#include "outputs/video_writer.hpp"
+
+namespace choreo::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct SynthOptions {
+  std::string script;
+  std::string out;
+};
+
+constexpr auto kManual = R"(
+SCRIPT is a name with settings behind it, as in synthetic://SCRIPT:
+  choreoscope synth 'jumping-jacks?size=640x480&fps=30&seed=1&noise=3' -o jacks.mkv
+writes jacks.mkv (FFV1, without loss), jacks.masks.mkv (the true silhouette) and
+jacks.truth.json (looks, and the joint angles of every frame). With -o clip.mp4
+the picture is H.264; the masks stay without loss.)";
+
+// clip.mkv -> clip + ".masks.mkv" and the like.
+fs::path beside(const fs::path& clip, const std::string& ending) {
+  auto path = clip;
+  return path.replace_extension(ending);
+}
+
+nlohmann::ordered_json truth_of(const devices::synthetic::Performance& performance, int index) {
+  nlohmann::ordered_json frame;
+  frame["frame"] = index + 1;
+  frame["time_s"] = to_seconds(performance.time);
+  frame["body"] = performance.present;
+  auto& joints = frame["joints"] = nlohmann::ordered_json::object();
+  for (const auto& [name, value] : performance.angles) joints[name] = value;
+  return frame;
+}
+
+int synth(const SynthOptions& options, Session& session) {
+  const auto uri = devices::parse_source_uri("synthetic://" + options.script, [](const std::string&) { return false; });
+  const auto request = devices::performer_request(uri);
+  const devices::synthetic::Performer performer(request.script, request.settings);
+  const auto& settings = performer.settings();
+
+  const fs::path clip_path = options.out;
+  outputs::OutputSet folder(clip_path.has_parent_path() ? clip_path.parent_path() : fs::path("."));
+  outputs::VideoOptions clip_options;
+  clip_options.codec = outputs::video_codec_for(options.out);
+  clip_options.rate = {static_cast<int>(settings.fps * 1000 + 0.5), 1000};
+  outputs::VideoOptions mask_options;
+  mask_options.grey = true;
+  mask_options.rate = clip_options.rate;
+  outputs::VideoWriter clip(clip_path.string(), settings.size, clip_options);
+  outputs::VideoWriter masks(beside(clip_path, ".masks.mkv").string(), settings.size, mask_options);
+
+  nlohmann::ordered_json truth;
+  truth["made_by"] = fmt::format("choreoscope synth '{}'", options.script);
+  truth["script"] = request.script;
+  truth["summary"] = performer.script().facts().summary;
+  truth["size"] = {settings.size.width, settings.size.height};
+  truth["fps"] = settings.fps;
+  truth["units"] = "root in body heights, joints in degrees";
+  auto& frames = truth["frames"] = nlohmann::ordered_json::array();
+
+  const auto stop = session.interrupt.orderly();
+  for (int i = 0; i < performer.frame_count(); ++i) {
+    // Half a clip is no clip: its truth would be of another length than its script says.
+    if (stop.stop_requested()) return kInterrupted;
+    const auto performance = performer.perform(i);
+    clip.write(performance.bgr, performance.time);
+    masks.write(performance.mask, performance.time);
+    frames.push_back(truth_of(performance, i));
+    session.console.progress("filming " + request.script, double(i) / double(performer.frame_count()));
+  }
+  session.console.finish_progress();
+  const auto truth_path = beside(clip_path, ".truth.json");
+  outputs::write_file(folder.add(truth_path.filename().string()), truth.dump(1) + "\n");
+  clip.close();
+  masks.close();
+  folder.commit();
+  fmt::print("{}\n{}\n{}\n", clip_path.string(), beside(clip_path, ".masks.mkv").string(), truth_path.string());
+  return kDone;
+}
+
+}  // namespace
+
+void declare_synth(CLI::App& app, Command& chosen) {
+  auto options = std::make_shared<SynthOptions>();
+  auto* command = app.add_subcommand("synth", "film the synthetic performer, with the truth about every frame");
+  std::string scripts;
+  for (const auto& facts : devices::synthetic::all_scripts()) {
+    scripts += fmt::format("\n  {:<22}{}", facts.name, facts.summary);
+  }
+  command->add_option("SCRIPT", options->script, "what is performed, with settings: walking?seed=2")->required();
+  command->add_option("-o,--out", options->out, "the clip to write, .mkv or .mp4")->required()->type_name("CLIP");
+  command->footer(std::string(kManual) + "\n\nScripts:" + scripts);
+  command->callback([options, &chosen] { chosen = [options](Session& session) { return synth(*options, session); }; });
+}
+
+}  // namespace choreo::cli

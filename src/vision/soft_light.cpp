@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/soft_light.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include <opencv2/imgproc.hpp>
+
+namespace choreo::vision {
+namespace {
+
+constexpr float kDarkest = 0.3F;   // Of the ratio: less light is left only by a hard shadow.
+constexpr float kBrightest = 1.4F;
+constexpr float kStep = 0.20F;     // How much the ratio may change across a window of kWindow pixels.
+constexpr int kWindow = 5;
+constexpr int kBlur = 5;           // The texture of a floor and the sensor's noise must not look like steps.
+constexpr float kColour = 0.10F;   // How much a channel's ratio may be off.
+constexpr float kLevels = 4.0F;    // And in grey levels: rounding and compression.
+
+// The pixels of `soft` within `mask` that can be reached from outside it.
+cv::Mat reached_from_outside(const cv::Mat& mask, const cv::Mat& soft) {
+  cv::Mat reached = cv::Mat::zeros(mask.size(), CV_8UC1);
+  std::vector<cv::Point> front;
+  const auto take = [&](int x, int y) {
+    if (x < 0 || y < 0 || x >= mask.cols || y >= mask.rows) return;
+    auto& pixel = reached.at<std::uint8_t>(y, x);
+    if (pixel != 0 || mask.at<std::uint8_t>(y, x) == 0 || soft.at<std::uint8_t>(y, x) == 0) return;
+    pixel = 255;
+    front.emplace_back(x, y);
+  };
+  const auto take_neighbours = [&](int x, int y) {
+    take(x - 1, y);
+    take(x + 1, y);
+    take(x, y - 1);
+    take(x, y + 1);
+  };
+  for (int y = 0; y < mask.rows; ++y) {
+    const auto* m = mask.ptr<std::uint8_t>(y);
+    for (int x = 0; x < mask.cols; ++x) {
+      if (m[x] == 0) take_neighbours(x, y);
+    }
+  }
+  while (!front.empty()) {
+    const auto p = front.back();
+    front.pop_back();
+    take_neighbours(p.x, p.y);
+  }
+  return reached;
+}
+
+// `taken` without its components that border mostly on what is left of the mask: clothes of the wall's colour, entered
+// through a gap in their outline.
+cv::Mat without_enclosed(const cv::Mat& taken, const cv::Mat& mask) {
+  cv::Mat labels;
+  const int count = cv::connectedComponents(taken, labels, 4, CV_32S, cv::CCL_SAUF);
+  std::vector<int> to_mask(std::size_t(count), 0);
+  std::vector<int> to_wall(std::size_t(count), 0);
+  for (int y = 0; y < taken.rows; ++y) {
+    for (int x = 0; x < taken.cols; ++x) {
+      const auto label = std::size_t(labels.at<int>(y, x));
+      if (label == 0) continue;
+      for (const auto& [nx, ny] : {std::pair{x - 1, y}, {x + 1, y}, {x, y - 1}, {x, y + 1}}) {
+        if (nx < 0 || ny < 0 || nx >= taken.cols || ny >= taken.rows || labels.at<int>(ny, nx) != 0) continue;
+        ++(mask.at<std::uint8_t>(ny, nx) != 0 ? to_mask : to_wall)[label];
+      }
+    }
+  }
+  cv::Mat kept(taken.size(), CV_8UC1);
+  for (int y = 0; y < taken.rows; ++y) {
+    for (int x = 0; x < taken.cols; ++x) {
+      const auto label = std::size_t(labels.at<int>(y, x));
+      kept.at<std::uint8_t>(y, x) = label != 0 && to_wall[label] >= to_mask[label] ? 255 : 0;
+    }
+  }
+  return kept;
+}
+
+}  // namespace
+
+cv::Mat without_soft_light(const cv::Mat& mask, const cv::Mat& picture, const cv::Mat& background) {
+  assert(mask.type() == CV_8UC1 && picture.type() == CV_8UC3 && background.type() == CV_8UC3);
+  assert(mask.size() == picture.size() && mask.size() == background.size());
+  const auto points = cv::boundingRect(mask);
+  if (points.empty()) return mask.clone();
+  // Only around the mask, with room for the windows.
+  constexpr int kMargin = kWindow + 2;
+  const auto box = cv::Rect(points.x - kMargin, points.y - kMargin, points.width + 2 * kMargin, points.height + 2 * kMargin) &
+                   cv::Rect({0, 0}, mask.size());
+  cv::Mat now;
+  cv::Mat before;
+  cv::blur(picture(box), now, {kBlur, kBlur});
+  cv::blur(background(box), before, {kBlur, kBlur});
+
+  cv::Mat ratio(box.size(), CV_32FC1);
+  cv::Mat of_light(box.size(), CV_8UC1);  // Where one ratio serves all channels.
+  for (int y = 0; y < box.height; ++y) {
+    const auto* n = now.ptr<std::uint8_t>(y);
+    const auto* b = before.ptr<std::uint8_t>(y);
+    auto* r = ratio.ptr<float>(y);
+    auto* l = of_light.ptr<std::uint8_t>(y);
+    for (int x = 0; x < box.width; ++x, n += 3, b += 3) {
+      const float sum_now = 0.114F * n[0] + 0.587F * n[1] + 0.299F * n[2];
+      const float sum_before = 0.114F * b[0] + 0.587F * b[1] + 0.299F * b[2];
+      // Some levels of both: without them the ratio of two dark pixels is noise.
+      r[x] = (sum_now + kLevels) / (sum_before + kLevels);
+      bool same = r[x] >= kDarkest && r[x] <= kBrightest;
+      for (int c = 0; c < 3; ++c) same = same && std::abs(n[c] - r[x] * b[c]) <= kLevels + kColour * b[c];
+      l[x] = same ? 255 : 0;
+    }
+  }
+  const cv::Mat window = cv::getStructuringElement(cv::MORPH_RECT, {kWindow, kWindow});
+  cv::Mat steepness;
+  cv::morphologyEx(ratio, steepness, cv::MORPH_GRADIENT, window);
+  const cv::Mat soft = of_light & (steepness <= kStep);
+
+  cv::Mat out = mask.clone();
+  cv::Mat inside = out(box);
+  cv::Mat taken = reached_from_outside(inside, soft);
+  // The texture of a floor leaves slivers behind, neither soft nor body: what is thin, of one ratio and beside what was
+  // taken goes too.
+  cv::Mat thick;
+  cv::morphologyEx(inside & ~taken, thick, cv::MORPH_OPEN, window);
+  cv::Mat near;
+  cv::dilate(taken, near, window);
+  taken |= inside & near & of_light & ~thick;
+  inside.setTo(0, without_enclosed(taken, inside & ~taken));
+  return out;
+}
+
+}  // namespace choreo::vision

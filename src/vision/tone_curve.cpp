@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/tone_curve.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+namespace choreo::vision {
+namespace {
+
+constexpr int kLevels = 16;  // Grey levels a range.
+constexpr int kRanges = 256 / kLevels;
+
+// How much the pixels of a range changed, and the sum of what they were.
+struct Seen {
+  std::array<std::uint32_t, 511> change{};  // By change + 255.
+  std::uint64_t sum_before = 0;
+  std::uint64_t count = 0;
+};
+
+// The commonest change: of all that a wall's pixels of one level do in another light, they do the same, while what a
+// body in front makes of them is scattered. A mean around the peak gives parts of a level.
+double commonest_change(const Seen& seen) {
+  constexpr int kReach = 4;
+  constexpr int kLast = 510;
+  const auto sum_around = [&](int peak) {
+    std::uint64_t sum = 0;
+    for (int i = std::max(0, peak - kReach); i <= std::min(kLast, peak + kReach); ++i) sum += seen.change[std::size_t(i)];
+    return sum;
+  };
+  int peak = 255;
+  std::uint64_t most = sum_around(peak);  // Among equals no change at all.
+  for (int i = 0; i <= kLast; ++i) {
+    const auto sum = sum_around(i);
+    if (sum > most) {
+      most = sum;
+      peak = i;
+    }
+  }
+  double weighted = 0;
+  double weight = 0;
+  for (int i = std::max(0, peak - kReach); i <= std::min(kLast, peak + kReach); ++i) {
+    weighted += double(seen.change[std::size_t(i)]) * (i - 255);
+    weight += double(seen.change[std::size_t(i)]);
+  }
+  return weight > 0 ? weighted / weight : 0;
+}
+
+}  // namespace
+
+ToneCurve::ToneCurve() : levels_(1, 256, CV_8UC3) {
+  for (int level = 0; level < 256; ++level) levels_.at<cv::Vec3b>(0, level) = cv::Vec3b::all(static_cast<uchar>(level));
+}
+
+ToneCurve::ToneCurve(const cv::Mat& from, const cv::Mat& to, const cv::Mat& except) : ToneCurve() {
+  assert(from.type() == CV_8UC3 && to.type() == CV_8UC3 && from.size() == to.size());
+  std::vector<std::array<Seen, kRanges>> seen(3);
+  std::uint64_t total = 0;
+  for (int y = 0; y < from.rows; y += 2) {
+    const auto* f = from.ptr<std::uint8_t>(y);
+    const auto* t = to.ptr<std::uint8_t>(y);
+    const auto* skip = except.empty() ? nullptr : except.ptr<std::uint8_t>(y);
+    for (int x = 0; x < from.cols; x += 2) {
+      if (skip != nullptr && skip[x] != 0) continue;
+      ++total;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const auto before = f[3 * x + int(c)];
+        auto& s = seen[c][before / kLevels];
+        ++s.change[std::size_t(t[3 * x + int(c)] - before + 255)];
+        s.sum_before += before;
+        ++s.count;
+      }
+    }
+  }
+  const auto enough = std::max<std::uint64_t>(8, total / 500);
+  for (int channel = 0; channel < 3; ++channel) {
+    std::vector<std::pair<double, double>> knots;  // Level before, level after.
+    for (const auto& s : seen[std::size_t(channel)]) {
+      if (s.count < enough) continue;
+      const double before = double(s.sum_before) / double(s.count);
+      const double least = knots.empty() ? 0.0 : knots.back().second;
+      knots.emplace_back(before, std::max(least, before + commonest_change(s)));
+    }
+    if (knots.empty()) continue;
+    for (int level = 0; level < 256; ++level) {
+      // Beyond the outermost knots the curve keeps its distance.
+      double after = level + knots.front().second - knots.front().first;
+      if (level >= knots.back().first) {
+        after = level + knots.back().second - knots.back().first;
+      } else if (level > knots.front().first) {
+        const auto right = std::find_if(knots.begin(), knots.end(), [&](const auto& k) { return k.first >= level; });
+        const auto left = right - 1;
+        after = left->second + (level - left->first) * (right->second - left->second) / (right->first - left->first);
+      }
+      levels_.at<cv::Vec3b>(0, level)[channel] = cv::saturate_cast<std::uint8_t>(after);
+    }
+  }
+}
+
+cv::Mat ToneCurve::apply(const cv::Mat& picture) const {
+  cv::Mat out;
+  cv::LUT(picture, levels_, out);
+  return out;
+}
+
+}  // namespace choreo::vision

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// The light of one picture in another: exposure, white balance and tone as one curve a channel.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+
+namespace choreo::vision {
+
+/// A monotone curve per channel that takes the grey levels of one picture to those of another of the same scene.
+///
+/// Cameras change exposure and white balance as somebody walks in, and phones bend tones as well; such a change is the
+/// same for all pixels of one level, which a body is not. For each sixteenth of the levels the curve takes the commonest
+/// change; straight lines join them.
+class ToneCurve {
+ public:
+  /// The identity.
+  ToneCurve();
+
+  /// @param from, to  CV_8UC3 of one size and scene.
+  /// @param except  CV_8UC1 of that size: pixels to leave out where not 0, such as the last body; may be empty.
+  /// @cost O(pixels / 4): every second row and column is looked at.
+  ToneCurve(const cv::Mat& from, const cv::Mat& to, const cv::Mat& except = {});
+
+  /// `picture` in the other's light. CV_8UC3.
+  [[nodiscard]] cv::Mat apply(const cv::Mat& picture) const;
+
+ private:
+  cv::Mat levels_;  // 1 x 256, CV_8UC3.
+};
+
+}  // namespace choreo::vision
