@@ -43,11 +43,17 @@ cv::Mat decoded(const std::vector<std::uint8_t>& bytes) {
     if (any.empty() || any.channels() != 3) return {};
     cv::Mat eight;
     switch (any.depth()) {
-      case CV_8U: return any;
-      case CV_16U: any.convertTo(eight, CV_8U, 1.0 / 257.0); break;  // 65535 becomes 255.
+      case CV_8U:
+        return any;
+      case CV_16U:
+        any.convertTo(eight, CV_8U, 1.0 / 257.0);
+        break;  // 65535 becomes 255.
       case CV_32F:
-      case CV_64F: any.convertTo(eight, CV_8U, 255.0); break;  // By convention from 0 to 1.
-      default: return {};
+      case CV_64F:
+        any.convertTo(eight, CV_8U, 255.0);
+        break;  // By convention from 0 to 1.
+      default:
+        return {};
     }
     return eight;
   } catch (const cv::Exception&) {
@@ -58,8 +64,7 @@ cv::Mat decoded(const std::vector<std::uint8_t>& bytes) {
 
 class ImageFolder final : public Source {
  public:
-  ImageFolder(const SourceUri& uri, double fps)
-      : folder_(uri.location), micro_fps_(std::llround(fps * 1e6)) {
+  ImageFolder(const SourceUri& uri, double fps) : folder_(uri.location), micro_fps_(std::llround(fps * 1e6)) {
     names_ = in_number_order(picture_names(folder_), folder_);
     if (names_.empty()) {
       throw usage_error(fmt::format("folder \"{}\" holds no pictures", folder_), {}, kWhatIsAFolder);
@@ -112,8 +117,7 @@ class ImageFolder final : public Source {
   Nanoseconds time_of(std::size_t index) const {
     const auto micro = static_cast<long long>(index) * 1'000'000;
     const auto rest = micro % micro_fps_;  // Below 10^9, so that nothing overflows.
-    return std::chrono::seconds(micro / micro_fps_) +
-           Nanoseconds((rest * 1'000'000'000 + micro_fps_ / 2) / micro_fps_);
+    return std::chrono::seconds(micro / micro_fps_) + Nanoseconds((rest * 1'000'000'000 + micro_fps_ / 2) / micro_fps_);
   }
 
   // Puts the next readable picture into `waiting_`, or leaves it empty at the end.

@@ -7,8 +7,8 @@
 namespace choreo::devices {
 
 /// Scheme "folder": png, jpg, jpeg, bmp, tif, tiff, webp, pgm and ppm files in the order of the one number that changes
-/// from name to name; other and hidden files are not looked at. A photograph's own orientation (EXIF) is honoured, 16 bit become
-/// 8, grey becomes blue, green and red.
+/// from name to name; other and hidden files are not looked at. A photograph's own orientation (EXIF) is honoured, 16
+/// bit become 8, grey becomes blue, green and red.
 ///
 /// Setting `fps`: pictures a second, 0.01 to 1000, default 30. Picture i, counted over all files in order, has the
 /// time i / fps to the nearest nanosecond; fps counts in millionths.

@@ -118,8 +118,8 @@ std::vector<std::string> in_number_order(const std::vector<std::string>& names, 
     return place && is_less(a.numbers[*place], b.numbers[*place]);
   };
   std::sort(parts.begin(), parts.end(), comes_before);
-  const auto twins = std::adjacent_find(parts.begin(), parts.end(),
-                                        [&](const auto& a, const auto& b) { return !comes_before(a, b); });
+  const auto twins =
+      std::adjacent_find(parts.begin(), parts.end(), [&](const auto& a, const auto& b) { return !comes_before(a, b); });
   if (twins != parts.end()) {
     const auto& [first, second] = std::minmax(twins->name, std::next(twins)->name);
     throw usage_error(fmt::format("\"{}\": \"{}\" and \"{}\" have the same number", folder, first, second), {},

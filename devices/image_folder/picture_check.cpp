@@ -66,7 +66,7 @@ bool is_whole_jpeg(Bytes file) {
       continue;
     }
     at += 2;
-    if (marker == 0xD9) return true;                         // End of image.
+    if (marker == 0xD9) return true;                                     // End of image.
     if ((marker >= 0xD0 && marker <= 0xD8) || marker == 0x01) continue;  // These stand alone.
     if (at + 2 > file.size()) return false;
     at += std::max<std::size_t>(big_endian(file, at, 2), 2);

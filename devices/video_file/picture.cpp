@@ -35,8 +35,10 @@ bool is_full_range(const AVFrame& frame, const AVPixFmtDescriptor& format, AVCod
     case AV_PIX_FMT_YUVJ420P:
     case AV_PIX_FMT_YUVJ422P:
     case AV_PIX_FMT_YUVJ440P:
-    case AV_PIX_FMT_YUVJ444P: return true;
-    default: break;
+    case AV_PIX_FMT_YUVJ444P:
+      return true;
+    default:
+      break;
   }
   if (frame.color_range != AVCOL_RANGE_UNSPECIFIED) return frame.color_range == AVCOL_RANGE_JPEG;
   return is_grey(format) && !is_broadcast(codec);
@@ -46,7 +48,8 @@ bool is_full_range(const AVFrame& frame, const AVPixFmtDescriptor& format, AVCod
 void widen_range(cv::Mat& picture) {
   static const cv::Mat kTable = [] {
     cv::Mat table(1, 256, CV_8UC1);
-    for (int i = 0; i < 256; ++i) table.at<std::uint8_t>(0, i) = cv::saturate_cast<std::uint8_t>((i - 16) * 255.0 / 219);
+    for (int i = 0; i < 256; ++i)
+      table.at<std::uint8_t>(0, i) = cv::saturate_cast<std::uint8_t>((i - 16) * 255.0 / 219);
     return table;
   }();
   cv::LUT(picture, kTable, picture);
@@ -55,14 +58,20 @@ void widen_range(cv::Mat& picture) {
 // The index of FFmpeg's table of coefficients.
 int colour_space_of(const AVFrame& frame) {
   switch (frame.colorspace) {
-    case AVCOL_SPC_BT709: return SWS_CS_ITU709;
-    case AVCOL_SPC_FCC: return SWS_CS_FCC;
+    case AVCOL_SPC_BT709:
+      return SWS_CS_ITU709;
+    case AVCOL_SPC_FCC:
+      return SWS_CS_FCC;
     case AVCOL_SPC_BT470BG:
-    case AVCOL_SPC_SMPTE170M: return SWS_CS_ITU601;
-    case AVCOL_SPC_SMPTE240M: return SWS_CS_SMPTE240M;
+    case AVCOL_SPC_SMPTE170M:
+      return SWS_CS_ITU601;
+    case AVCOL_SPC_SMPTE240M:
+      return SWS_CS_SMPTE240M;
     case AVCOL_SPC_BT2020_NCL:
-    case AVCOL_SPC_BT2020_CL: return SWS_CS_BT2020;
-    default: return frame.height >= 720 ? SWS_CS_ITU709 : SWS_CS_ITU601;
+    case AVCOL_SPC_BT2020_CL:
+      return SWS_CS_BT2020;
+    default:
+      return frame.height >= 720 ? SWS_CS_ITU709 : SWS_CS_ITU601;
   }
 }
 
@@ -92,8 +101,8 @@ Hanging hanging_of(const std::int32_t* matrix) {
   const double crossed = std::min(std::abs(b), std::abs(c));
   const double most_straight = std::max(std::abs(a), std::abs(d));
   const double most_crossed = std::max(std::abs(b), std::abs(c));
-  best.exact = most_crossed <= 1e-3 * straight || most_straight <= 1e-3 * crossed ||
-               (most_straight == 0 && most_crossed == 0);
+  best.exact =
+      most_crossed <= 1e-3 * straight || most_straight <= 1e-3 * crossed || (most_straight == 0 && most_crossed == 0);
   return best;
 }
 

@@ -45,8 +45,10 @@ class VideoFile final : public Source {
     hang_by_stream();
     // Only decoding tells whether there is a frame, and of which size.
     switch (stream_.next(*frame_, {})) {
-      case VideoStream::Outcome::kFrame: break;
-      case VideoStream::Outcome::kStopped: throw failure(fmt::format("\"{}\": opening was interrupted", location_));
+      case VideoStream::Outcome::kFrame:
+        break;
+      case VideoStream::Outcome::kStopped:
+        throw failure(fmt::format("\"{}\": opening was interrupted", location_));
       case VideoStream::Outcome::kEnd:
         throw usage_error(fmt::format("\"{}\" holds no frame that can be decoded", location_), {},
                           stream_.damaged() > 0 ? fmt::format("all its {} frames are damaged", stream_.damaged())
@@ -157,8 +159,7 @@ class VideoFile final : public Source {
     const auto before = info_.size;
     const auto after = now.delivered();
     throw failure(fmt::format("\"{}\": the picture changes from {}x{} to {}x{} at {:.3f} s", location_, before.width,
-                              before.height, after.width, after.height,
-                              to_seconds(time - first_time_.value_or(time))),
+                              before.height, after.width, after.height, to_seconds(time - first_time_.value_or(time))),
                   {}, "cut the recording there, or bring it to one size with ffmpeg");
   }
 
@@ -215,8 +216,7 @@ Driver video_file_driver(Nanoseconds patience) {
   driver.summary = "a video file or network stream, anything FFmpeg opens";
   driver.open = [patience](const SourceUri& uri, SettingReader& settings, const OpenOptions& options) {
     settings.refuse_the_rest();
-    const bool network =
-        std::find(kNetworkSchemes.begin(), kNetworkSchemes.end(), uri.scheme) != kNetworkSchemes.end();
+    const bool network = std::find(kNetworkSchemes.begin(), kNetworkSchemes.end(), uri.scheme) != kNetworkSchemes.end();
     return std::make_unique<VideoFile>(uri, network, options, patience);
   };
   return driver;

@@ -64,16 +64,18 @@ VideoStream::VideoStream(const std::string& location, bool network, const OpenOp
 void VideoStream::refuse(int code, std::string_view doing) const {
   if (watch_.stopped()) throw failure(fmt::format("\"{}\": opening was interrupted", location_));
   if (watch_.timed_out()) {
-    throw failure(fmt::format("\"{}\" does not answer: nothing came for {} s", location_, to_seconds(watch_.patience())),
-                  {}, "check the address and whether the sender runs");
+    throw failure(
+        fmt::format("\"{}\" does not answer: nothing came for {} s", location_, to_seconds(watch_.patience())), {},
+        "check the address and whether the sender runs");
   }
   const auto said = last_libav_message();
   const auto cause = libav_error_text(code) + (said.empty() ? "" : fmt::format(" ({})", said));
-  if (network_) throw usage_error(fmt::format("\"{}\" cannot be opened: {}", location_, cause), {}, "check the address");
+  if (network_)
+    throw usage_error(fmt::format("\"{}\" cannot be opened: {}", location_, cause), {}, "check the address");
   const bool lacks_index = said.find("moov atom not found") != std::string::npos;
-  throw usage_error(fmt::format("\"{}\" {}: {}", location_, doing, cause), {},
-                    lacks_index ? "the index at its end is missing: the recording was cut off or never finished"
-                                : kWhatIsAVideo);
+  throw usage_error(
+      fmt::format("\"{}\" {}: {}", location_, doing, cause), {},
+      lacks_index ? "the index at its end is missing: the recording was cut off or never finished" : kWhatIsAVideo);
 }
 
 void VideoStream::open_container(const std::string& location, bool network) {
@@ -199,8 +201,8 @@ bool VideoStream::feed() {
       }
       // The wait may have run out in the call before, which still had a packet in store.
       if (watch_.timed_out() || (network_ && result == AVERROR_EXIT)) {
-        throw failure(fmt::format("\"{}\" fell silent: nothing came for {} s", location_,
-                                  to_seconds(watch_.patience())));
+        throw failure(
+            fmt::format("\"{}\" fell silent: nothing came for {} s", location_, to_seconds(watch_.patience())));
       }
       if (result == AVERROR(EAGAIN)) {
         std::this_thread::sleep_for(std::chrono::milliseconds(5));

@@ -44,18 +44,24 @@ using Owned = std::unique_ptr<T, Deleter>;
 
 const AVCodec* encoder_of(VideoCodec codec) {
   switch (codec) {
-    case VideoCodec::kLossless: return avcodec_find_encoder(AV_CODEC_ID_FFV1);
-    case VideoCodec::kH264: return avcodec_find_encoder_by_name("libx264");
-    case VideoCodec::kMpeg4: return avcodec_find_encoder(AV_CODEC_ID_MPEG4);
+    case VideoCodec::kLossless:
+      return avcodec_find_encoder(AV_CODEC_ID_FFV1);
+    case VideoCodec::kH264:
+      return avcodec_find_encoder_by_name("libx264");
+    case VideoCodec::kMpeg4:
+      return avcodec_find_encoder(AV_CODEC_ID_MPEG4);
   }
   return nullptr;
 }
 
 const char* name_of(VideoCodec codec) {
   switch (codec) {
-    case VideoCodec::kLossless: return "FFV1";
-    case VideoCodec::kH264: return "H.264";
-    case VideoCodec::kMpeg4: return "MPEG-4";
+    case VideoCodec::kLossless:
+      return "FFV1";
+    case VideoCodec::kH264:
+      return "H.264";
+    case VideoCodec::kMpeg4:
+      return "MPEG-4";
   }
   return "";
 }
@@ -87,8 +93,8 @@ bool can_encode(VideoCodec codec) { return encoder_of(codec) != nullptr; }
 
 VideoCodec video_codec_for(const std::string& path) {
   const auto codec = container_of(path) == VideoContainer::kMatroska ? VideoCodec::kLossless
-                     : can_encode(VideoCodec::kH264)                  ? VideoCodec::kH264
-                                                                      : VideoCodec::kMpeg4;
+                     : can_encode(VideoCodec::kH264)                 ? VideoCodec::kH264
+                                                                     : VideoCodec::kMpeg4;
   if (!can_encode(codec)) throw usage_error(fmt::format("this FFmpeg cannot write {} video", name_of(codec)));
   return codec;
 }

@@ -48,7 +48,8 @@ struct VideoOptions {
 /// A video file being written. The same pictures and times give the same bytes on every run and any number of cores.
 ///
 /// Everything goes to `path` + ".part", which `close` renames; without `close` it is deleted.
-/// Lossy codecs halve the resolution of colour: an odd width or height is filled up by repeating the last column or row.
+/// Lossy codecs halve the resolution of colour: an odd width or height is filled up by repeating the last column or
+/// row.
 class VideoWriter {
  public:
   /// @param path  ends in .mkv, or .mp4 for the lossy codecs, unless the options name the container.

@@ -29,7 +29,9 @@ class ImageFolderTest : public ::testing::Test {
   ImageFolderTest() { registry_.add(image_folder_driver()); }
 
   std::unique_ptr<Source> open(const std::string& settings = "") { return registry_.open(folder_.path() + settings); }
-  void put(const std::string& name, const cv::Mat& picture) { ASSERT_TRUE(cv::imwrite(folder_ / name, picture)) << name; }
+  void put(const std::string& name, const cv::Mat& picture) {
+    ASSERT_TRUE(cv::imwrite(folder_ / name, picture)) << name;
+  }
   void put_grey(const std::string& name, int value) { put(name, cv::Mat(4, 6, CV_8UC3, cv::Scalar::all(value))); }
   void cut(const std::string& name, std::size_t bytes) {
     auto content = test::read_bytes(folder_ / name);
@@ -92,7 +94,8 @@ TEST_F(ImageFolderTest, EveryKindOfPictureComesBackAsEightBitBgr) {
   }
   for (const auto* ending : {"jpg", "JPEG", "webp"}) {
     test::TempFolder folder;
-    ASSERT_TRUE(cv::imwrite(folder / ("x1." + std::string(ending)), cv::Mat(16, 16, CV_8UC3, cv::Scalar(20, 120, 220))));
+    ASSERT_TRUE(
+        cv::imwrite(folder / ("x1." + std::string(ending)), cv::Mat(16, 16, CV_8UC3, cv::Scalar(20, 120, 220))));
     const auto frame = registry_.open(folder.path())->read({});
     EXPECT_LE(cv::norm(frame->bgr.at<cv::Vec3b>(8, 8), cv::Vec3b(20, 120, 220), cv::NORM_INF), 4) << ending;
   }
@@ -104,8 +107,8 @@ TEST_F(ImageFolderTest, SixteenBitAndGreyPicturesAreScaledAndSpread) {
   put("a2.pgm", sixteen);
   put("a3.tif", sixteen);
   put("a4.png", cv::Mat((cv::Mat_<std::uint8_t>(1, 3) << 0, 128, 255)));
-  const cv::Mat expected = (cv::Mat_<cv::Vec3b>(1, 3) << cv::Vec3b(0, 0, 0), cv::Vec3b(128, 128, 128),
-                            cv::Vec3b(255, 255, 255));
+  const cv::Mat expected =
+      (cv::Mat_<cv::Vec3b>(1, 3) << cv::Vec3b(0, 0, 0), cv::Vec3b(128, 128, 128), cv::Vec3b(255, 255, 255));
   const auto frames = all_frames(*open());
   ASSERT_EQ(frames.size(), 4u);
   for (const auto& frame : frames) EXPECT_TRUE(same_pixels(frame->bgr, expected)) << frame->sequence;
@@ -251,7 +254,8 @@ TEST(NumberedNames, OnlyVisibleNamesWithAPicturesEndingCount) {
   for (const auto* name : {"a.png", "a.JPG", "a.b.Jpeg", "1.bmp", "x.tif", "x.tiff", "x.webp", "x.pgm", "x.ppm"}) {
     EXPECT_TRUE(is_picture_name(name)) << name;
   }
-  for (const auto* name : {".a.png", "png", "a.png.txt", "a.gif", "a.", "", ".png"}) EXPECT_FALSE(is_picture_name(name));
+  for (const auto* name : {".a.png", "png", "a.png.txt", "a.gif", "a.", "", ".png"})
+    EXPECT_FALSE(is_picture_name(name));
 }
 
 }  // namespace

@@ -82,7 +82,8 @@ TEST_F(RegistryTest, AnUnknownSchemeListsTheKnownOnes) {
 }
 
 TEST_F(RegistryTest, AMissingPathIsNamedAsItIs) {
-  for (const auto& missing : {folder_ / "none.mp4", "file://" + (folder_ / "none.mp4"), folder_ / "none.mp4?flip=both"}) {
+  for (const auto& missing :
+       {folder_ / "none.mp4", "file://" + (folder_ / "none.mp4"), folder_ / "none.mp4?flip=both"}) {
     const auto error = error_of([&] { (void)opened(missing); });
     ASSERT_TRUE(error) << missing;
     EXPECT_EQ(error->fault(), Fault::kUsage);

@@ -43,7 +43,8 @@ TEST(SourceUri, APathThatExistsIsAPathWhateverItsName) {
 }
 
 TEST(SourceUri, AnExistingPathWithAColonMayHaveSettings) {
-  const auto uri = parse_source_uri("take:1.mkv?rotate=90", [](const std::string& path) { return path == "take:1.mkv"; });
+  const auto uri =
+      parse_source_uri("take:1.mkv?rotate=90", [](const std::string& path) { return path == "take:1.mkv"; });
   EXPECT_EQ(uri.scheme, "");
   EXPECT_EQ(uri.location, "take:1.mkv");
   EXPECT_THAT(uri.settings, UnorderedElementsAre(Pair("rotate", "90")));

@@ -60,7 +60,8 @@ TEST(Timeline, WhateverTheStampsTimesIncreaseStrictly) {
       stamps.push_back(static_cast<int>(state >> 24) - 20);
     }
     const auto times = mended(stamps);
-    for (std::size_t i = 1; i < times.size(); ++i) ASSERT_LT(times[i - 1], times[i]) << "seed " << seed << " frame " << i;
+    for (std::size_t i = 1; i < times.size(); ++i)
+      ASSERT_LT(times[i - 1], times[i]) << "seed " << seed << " frame " << i;
   }
 }
 

@@ -21,7 +21,8 @@ using ::testing::SizeIs;
 class VideoDamageTest : public VideoFileTest {
  protected:
   // Opens and reads everything; the frames, or nothing where the file is refused as it should be.
-  std::vector<FramePtr> survive(const std::string& name, std::vector<std::string>* warnings = nullptr, int threads = 0) {
+  std::vector<FramePtr> survive(const std::string& name, std::vector<std::string>* warnings = nullptr,
+                                int threads = 0) {
     const auto begin = std::chrono::steady_clock::now();
     std::vector<FramePtr> frames;
     try {
@@ -68,7 +69,9 @@ TEST_F(VideoDamageTest, ATruncatedRecordingGivesItsGoodFramesAndOneWarning) {
   ASSERT_THAT(open("whole.mkv")->warnings(), IsEmpty());
   std::size_t before = 0;
   for (std::size_t eighth = 1; eighth < 8; ++eighth) {
-    test::write_bytes(folder_ / "part.mkv", test::Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(whole.size() * eighth / 8)));
+    test::write_bytes(
+        folder_ / "part.mkv",
+        test::Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(whole.size() * eighth / 8)));
     std::vector<std::string> warnings;
     const auto frames = survive("part.mkv", &warnings);
     EXPECT_GT(frames.size(), before) << "more bytes, more frames";
@@ -102,7 +105,9 @@ TEST_F(VideoDamageTest, EveryTruncationOfEveryContainerIsSurvived) {
     EXPECT_GE(complete, 12u) << name;
     for (std::size_t part = 0; part < 16; ++part) {
       const auto cut = "cut-" + std::string(name);
-      test::write_bytes(folder_ / cut, test::Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(whole.size() * part / 16)));
+      test::write_bytes(
+          folder_ / cut,
+          test::Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(whole.size() * part / 16)));
       std::vector<std::string> warnings;
       EXPECT_LE(survive(cut, &warnings).size(), complete) << name;
       EXPECT_LE(warnings.size(), 2u) << name;

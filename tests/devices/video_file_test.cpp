@@ -180,8 +180,8 @@ TEST_F(VideoFileTest, TextIsNotAVideo) {
 
 TEST_F(VideoFileTest, SoundAloneIsNotAVideo) {
   // A WAV file by hand: 8000 Hz, one channel, 8 bit, 800 bytes of silence.
-  const std::string head("RIFF\x44\x03\0\0WAVEfmt \x10\0\0\0\x01\0\x01\0\x40\x1f\0\0\x40\x1f\0\0\x01\0\x08\0data\x20\x03\0\0",
-                         44);
+  const std::string head(
+      "RIFF\x44\x03\0\0WAVEfmt \x10\0\0\0\x01\0\x01\0\x40\x1f\0\0\x40\x1f\0\0\x01\0\x08\0data\x20\x03\0\0", 44);
   test::write_bytes(folder_ / "a.wav", head + std::string(800, '\x80'));
   EXPECT_THAT(refusal("a.wav").what(), AllOf(HasSubstr("has no video"), HasSubstr("wav")));
 }
@@ -208,7 +208,8 @@ TEST_F(VideoFileTest, WhatCannotBeReadSaysWhy) {
   EXPECT_THAT(refusal("empty.mp4").what(), HasSubstr("empty.mp4\" is empty"));
   EXPECT_THAT(refusal("none.mp4").what(), HasSubstr("none.mp4\" does not exist"));
 
-  test::write_bytes(folder_ / "noise.mp4", std::vector<std::uint8_t>(test::noise({100, 100}, CV_8UC1, 4).reshape(1, 1)));
+  test::write_bytes(folder_ / "noise.mp4",
+                    std::vector<std::uint8_t>(test::noise({100, 100}, CV_8UC1, 4).reshape(1, 1)));
   EXPECT_THAT(refusal("noise.mp4").what(),
               HasSubstr("is not a video that FFmpeg can read: Invalid data found when processing input"));
 

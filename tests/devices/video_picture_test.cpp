@@ -38,7 +38,8 @@ VideoRecipe letters() {
   recipe.times = {0, 20};
   recipe.paint = [](AVFrame& frame, int) {
     for (int y = 0; y < 2; ++y) {
-      for (int x = 0; x < 9; ++x) frame.data[0][y * frame.linesize[0] + x] = static_cast<std::uint8_t>('A' + 3 * y + x / 3);
+      for (int x = 0; x < 9; ++x)
+        frame.data[0][y * frame.linesize[0] + x] = static_cast<std::uint8_t>('A' + 3 * y + x / 3);
     }
   };
   return recipe;

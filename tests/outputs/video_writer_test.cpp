@@ -40,8 +40,8 @@ class VideoWriterTest : public ::testing::Test {
     cv::Mat picture(size, CV_8UC3);
     for (int y = 0; y < size.height; ++y) {
       for (int x = 0; x < size.width; ++x) {
-        picture.at<cv::Vec3b>(y, x) = cv::Vec3b(cv::saturate_cast<std::uint8_t>(40 + x + shift),
-                                                cv::saturate_cast<std::uint8_t>(60 + y), 120);
+        picture.at<cv::Vec3b>(y, x) =
+            cv::Vec3b(cv::saturate_cast<std::uint8_t>(40 + x + shift), cv::saturate_cast<std::uint8_t>(60 + y), 120);
       }
     }
     return picture;
@@ -58,8 +58,17 @@ class VideoWriterTest : public ::testing::Test {
 
 TEST_F(VideoWriterTest, LosslessPicturesAndTimesComeBackExactly) {
   const std::vector<int> times_ms = {0, 33, 67, 1000, 1001};
-  for (const cv::Size size : {cv::Size(1, 1), {1, 640}, {640, 1}, {2, 400}, {400, 2}, {3, 3}, {4, 4}, {65, 31}, {353, 5},
-                              {160, 120}, {500, 333}}) {
+  for (const cv::Size size : {cv::Size(1, 1),
+                              {1, 640},
+                              {640, 1},
+                              {2, 400},
+                              {400, 2},
+                              {3, 3},
+                              {4, 4},
+                              {65, 31},
+                              {353, 5},
+                              {160, 120},
+                              {500, 333}}) {
     for (const bool grey : {false, true}) {
       VideoOptions options;
       options.grey = grey;

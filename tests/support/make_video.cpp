@@ -24,10 +24,12 @@ int must(int code, const char* what) {
 
 void write_packets(AVCodecContext& encoder, AVFormatContext& container, const AVFrame* frame) {
   must(avcodec_send_frame(&encoder, frame), "avcodec_send_frame");
-  const std::unique_ptr<AVPacket, void (*)(AVPacket*)> packet(av_packet_alloc(), [](AVPacket* p) { av_packet_free(&p); });
+  const std::unique_ptr<AVPacket, void (*)(AVPacket*)> packet(av_packet_alloc(),
+                                                              [](AVPacket* p) { av_packet_free(&p); });
   while (avcodec_receive_packet(&encoder, packet.get()) >= 0) {
     // Without a length the last frame would lie outside of an MP4's edit list.
-    if (packet->duration == 0) packet->duration = std::max<std::int64_t>(1, av_rescale_q(1, {1, 25}, encoder.time_base));
+    if (packet->duration == 0)
+      packet->duration = std::max<std::int64_t>(1, av_rescale_q(1, {1, 25}, encoder.time_base));
     av_packet_rescale_ts(packet.get(), encoder.time_base, container.streams[0]->time_base);
     must(av_interleaved_write_frame(&container, packet.get()), "av_interleaved_write_frame");
   }
