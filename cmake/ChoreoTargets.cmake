@@ -43,8 +43,10 @@ function(choreo_library name)
   target_link_libraries(choreo_${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:choreo_settings>)
 endfunction()
 
-# choreo_test(NAME [LABELS labels...] [LIBS libs...] SOURCES ...)
-# Makes a GoogleTest program whose cases CTest runs one by one.
+# choreo_test(NAME [LABELS label] [TIMEOUT seconds] [LIBS libs...] SOURCES ...)
+# Makes a GoogleTest program whose cases CTest runs one by one. The label is unit unless said otherwise; those of
+# unit_threaded are what the thread sanitizer is for, and what the target threaded_tests builds.
+add_custom_target(threaded_tests)
 function(choreo_test name)
   cmake_parse_arguments(ARG "" "TIMEOUT" "LABELS;LIBS;SOURCES" ${ARGN})
   if(NOT ARG_LABELS)
@@ -56,5 +58,8 @@ function(choreo_test name)
   add_executable(${name} ${ARG_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
   target_link_libraries(${name} PRIVATE ${ARG_LIBS} GTest::gmock GTest::gtest_main choreo_settings)
+  if(ARG_LABELS MATCHES threaded)
+    add_dependencies(threaded_tests ${name})
+  endif()
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT})
 endfunction()
