@@ -18,6 +18,8 @@ endif()
 add_library(choreo_settings INTERFACE)
 target_compile_options(choreo_settings INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -Wcast-qual -Wimplicit-fallthrough
+  # A false alarm of g++ 12 about std::string (GCC bug 105651).
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
   # Sums of products must be the same on every machine and at every optimisation level.
   -ffp-contract=off
   $<$<BOOL:${CHOREO_WERROR}>:-Werror>)
