@@ -25,7 +25,7 @@ const Profile kShoulder = {{0, 0.0140}, {0.5, 0.0240}, {0.8, 0.0295}, {1, 0.0300
 const Profile kThigh = {{0, 0.0500}, {0.25, 0.0485}, {0.7, 0.0385}, {1, 0.0350}};
 const Profile kShank = {{0, 0.0350}, {0.3, 0.0355}, {0.7, 0.0285}, {1, 0.0270}};
 const Profile kShoe = {{0, 0.0200}, {0.45, 0.0225}, {0.8, 0.0230}, {1, 0.0180}};
-const Profile kPelvis = {{0, 0.0780}, {0.35, 0.0900}, {1, 0.0790}};
+const Profile kPelvis = {{0, 0.0480}, {0.20, 0.0760}, {0.45, 0.0890}, {1, 0.0790}};
 const Profile kSkirt = {{0, 0.0930}, {0.5, 0.0870}, {1, 0.0790}};
 const Profile kChest = {{0, 0.0790}, {0.25, 0.0820}, {0.55, 0.0955}, {0.75, 0.1040}, {0.85, 0.0985}, {0.92, 0.0640}, {1, 0.0320}};
 const Profile kNeck = {{0, 0.0330}, {0.4, 0.0270}, {1, 0.0270}};
@@ -117,7 +117,7 @@ class Figure {
     const Vector3d up = s_.chest_axes.col(1);
     const double middle = s_.pelvis.z();
     part(middle - 0.065, [=, this] {
-      limb(s_.pelvis - s_.pelvis_axes.col(1) * 0.03, s_.waist, kPelvis, hips, look_.trousers, Ends::kCutSecond);
+      limb(s_.pelvis - s_.pelvis_axes.col(1) * 0.044, s_.waist, kPelvis, hips, look_.trousers, Ends::kCutBoth);
     });
     part(middle - 0.003, [=, this] {
       limb(s_.neck - up * 0.02, s_.skull - s_.head_axes.col(1) * 0.035, kNeck, 1, look_.skin, Ends::kRound, 0.84);
@@ -131,7 +131,7 @@ class Figure {
       // An open collar, seen from the front only.
       if (s_.chest_axes(2, 2) > 0.3) {
         const Vector3d front = s_.chest_axes.col(2) * 0.06;
-        limb(s_.neck - up * 0.026 + front, s_.neck + up * 0.026 + front, kCollar, s_.chest_axes(2, 2), look_.skin,
+        limb(s_.neck - up * 0.026 + front, s_.neck + up * 0.055 + front, kCollar, s_.chest_axes(2, 2), look_.skin,
              Ends::kCutSecond, 0.86);
       }
     });

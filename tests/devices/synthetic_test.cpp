@@ -63,7 +63,8 @@ TEST(Performer, FarFromTheMaskThePictureIsTheEmptyRoom) {
       for (int y = 0; y < room.rows; ++y) {
         for (int x = 0; x < room.cols; ++x) {
           const auto difference = cv::norm(frame.bgr.at<cv::Vec3b>(y, x), room.at<cv::Vec3b>(y, x), cv::NORM_INF);
-          if (near.at<unsigned char>(y, x) != 0) continue;
+          // Beside the picture's edge the body may be just outside it.
+          if (near.at<unsigned char>(y, x) != 0 || x < 2 || x >= room.cols - 2) continue;
           // The figure's shadow on the floor is the one exception, and a faint one.
           if (y > 0.85 * room.rows) {
             darkest_shadow = std::max(darkest_shadow, difference);
@@ -101,7 +102,7 @@ TEST(Performer, InsideTheMaskHardlyAnyPixelLooksLikeTheWall) {
       }
     }
     ASSERT_GT(inside, 500);
-    EXPECT_LT(alike, 0.04 * inside) << "seed " << seed;
+    EXPECT_LT(alike, 0.02 * inside) << "seed " << seed;
   }
 }
 
