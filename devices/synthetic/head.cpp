@@ -8,12 +8,12 @@ namespace choreo::devices::synthetic {
 namespace {
 
 // From chin (0) to crown (1), in units of the body's height: a jaw, cheeks a tenth wide, a round skull.
-const Profile kFace = {{0, 0.004}, {0.015, 0.0125}, {0.05, 0.0205}, {0.12, 0.0300}, {0.22, 0.0385}, {0.34, 0.0445},
-                       {0.48, 0.0480}, {0.62, 0.0485}, {0.75, 0.0455}, {0.86, 0.0380}, {0.94, 0.0265}, {0.98, 0.0160},
-                       {1, 0.002}};
-const Profile kCap = {{0, 0.0465}, {0.3, 0.0512}, {0.55, 0.0500}, {0.75, 0.0435}, {0.88, 0.0330}, {0.95, 0.0225},
-                      {0.985, 0.0130}, {1, 0.002}};
-const Profile kBob = {{0, 0.045},     {0.1, 0.0575},  {0.3, 0.0590},  {0.6, 0.0555},  {0.78, 0.0470},
+const Profile kFace = {{0, 0.004},     {0.015, 0.0125}, {0.05, 0.0205}, {0.12, 0.0300}, {0.22, 0.0385},
+                       {0.34, 0.0445}, {0.48, 0.0480},  {0.62, 0.0485}, {0.75, 0.0455}, {0.86, 0.0380},
+                       {0.94, 0.0265}, {0.98, 0.0160},  {1, 0.002}};
+const Profile kCap = {{0, 0.0465},    {0.3, 0.0512},  {0.55, 0.0500},  {0.75, 0.0435},
+                      {0.88, 0.0330}, {0.95, 0.0225}, {0.985, 0.0130}, {1, 0.002}};
+const Profile kBob = {{0, 0.045},     {0.1, 0.0575},  {0.3, 0.0590},  {0.6, 0.0555}, {0.78, 0.0470},
                       {0.90, 0.0340}, {0.96, 0.0230}, {0.99, 0.0120}, {1.0, 0.002}};
 const Profile kBall = {{0, 0.010}, {0.1, 0.017}, {0.3, 0.0235}, {0.5, 0.025}, {0.7, 0.0235}, {0.9, 0.017}, {1, 0.010}};
 const Profile kEar = {{0, 0.0045}, {0.5, 0.0085}, {1, 0.0055}};
@@ -95,7 +95,9 @@ void draw_head(Brush& brush, cv::Point2d chin, cv::Point2d crown, const Eigen::M
   const cv::Point2d up = crown - chin;
   const double yaw = std::atan2(axes(0, 2), axes(2, 2));
   const cv::Point2d right(-up.y / unit, up.x / unit);  // of the picture, one head high, in units of the height
-  const auto place = [&](double share, double aside) { return chin + share * up + right * (aside / kHeadHeight) * unit; };
+  const auto place = [&](double share, double aside) {
+    return chin + share * up + right * (aside / kHeadHeight) * unit;
+  };
   const FacePaint paint(look);
 
   // The back of the hair; a knot sits on the crown's far side and shows above it.
