@@ -49,8 +49,9 @@ if(CHOREO_SANITIZE STREQUAL "thread")
   # OpenCV, FFmpeg and TBB are not instrumented: what they synchronise among themselves cannot be seen.
   set(choreo_test_environment ENVIRONMENT "TSAN_OPTIONS=ignore_noninstrumented_modules=1")
 elseif(CHOREO_SANITIZE MATCHES "address")
+  # Leaks are looked for by default.
   set(choreo_test_environment ENVIRONMENT
-    "ASAN_OPTIONS=detect_leaks=1;LSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/cmake/leaks.supp:print_suppressions=0")
+    "LSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/cmake/leaks.supp:print_suppressions=0")
 endif()
 
 # choreo_test(NAME [LABELS label] [TIMEOUT seconds] [LIBS libs...] SOURCES ...)
