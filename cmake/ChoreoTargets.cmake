@@ -45,6 +45,17 @@ function(choreo_library name)
   target_link_libraries(choreo_${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:choreo_settings>)
 endfunction()
 
+# What the sanitizers are told, so that nobody has to remember it.
+set(choreo_test_environment)
+if(CHOREO_SANITIZE STREQUAL "thread")
+  # OpenCV, FFmpeg and TBB are not instrumented: what they synchronise among themselves cannot be seen.
+  set(choreo_test_environment ENVIRONMENT "TSAN_OPTIONS=ignore_noninstrumented_modules=1")
+elseif(CHOREO_SANITIZE MATCHES "address")
+  # Leaks are looked for by default.
+  set(choreo_test_environment ENVIRONMENT
+    "LSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/cmake/leaks.supp:print_suppressions=0")
+endif()
+
 # choreo_test(NAME [LABELS label] [TIMEOUT seconds] [LIBS libs...] SOURCES ...)
 # Makes a GoogleTest program whose cases CTest runs one by one. The label is unit unless said otherwise; those of
 # unit_threaded are what the thread sanitizer is for, and what the target threaded_tests builds.
@@ -63,5 +74,6 @@ function(choreo_test name)
   if(ARG_LABELS MATCHES threaded)
     add_dependencies(threaded_tests ${name})
   endif()
-  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT})
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
+    PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT} ${choreo_test_environment})
 endfunction()
