@@ -157,7 +157,7 @@ bool BodyMasker::relearn(const cv::Mat& picture, double time_s) {
   background_ = median_plate(learning_);
   background_.convertTo(running_, CV_32F);
   last_mask_ = cv::Mat();
-  last_lit_ = cv::Mat();
+  last_lit_ = background_;  // Should the scene have changed again meanwhile, the next picture is seen to be another.
   learning_.clear();
   learning_since_s_.reset();
   return false;

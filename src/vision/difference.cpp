@@ -8,6 +8,21 @@
 #include <opencv2/imgproc.hpp>
 
 namespace choreo::vision {
+namespace {
+
+// Outside the picture lies what is neutral in a dilation and in an erosion (OpenCV's default value of a constant
+// border), also where the picture is a part of a larger one.
+constexpr int kNeutralOutside = cv::BORDER_CONSTANT | cv::BORDER_ISOLATED;
+
+void grow(const cv::Mat& in, cv::Mat& out, const cv::Mat& square) {
+  cv::dilate(in, out, square, {-1, -1}, 1, kNeutralOutside);
+}
+
+void shrink(const cv::Mat& in, cv::Mat& out, const cv::Mat& square) {
+  cv::erode(in, out, square, {-1, -1}, 1, kNeutralOutside);
+}
+
+}  // namespace
 
 cv::Mat difference_luminance(const cv::Mat& picture, const cv::Mat& background) {
   assert(picture.type() == CV_8UC3 && background.type() == CV_8UC3 && picture.size() == background.size());
@@ -21,12 +36,11 @@ cv::Mat difference_luminance(const cv::Mat& picture, const cv::Mat& background) 
 cv::Mat annealed(const cv::Mat& mask, int steps) {
   assert(steps >= 0);
   if (steps == 0) return mask.clone();
-  // n steps of the 3 x 3 square are one of the (2n+1) x (2n+1) square, and OpenCV's default border is the neutral one
-  // of each operation.
+  // n steps of the 3 x 3 square are one of the (2n+1) x (2n+1) square.
   const cv::Mat square = cv::getStructuringElement(cv::MORPH_RECT, {2 * steps + 1, 2 * steps + 1});
   cv::Mat out;
-  cv::dilate(mask, out, square);
-  cv::erode(out, out, square);
+  grow(mask, out, square);
+  shrink(out, out, square);
   return out;
 }
 
@@ -34,11 +48,11 @@ cv::Mat edge_at_half_contrast(const cv::Mat& mask, const cv::Mat& difference) {
   assert(mask.type() == CV_8UC1 && difference.type() == CV_8UC1 && mask.size() == difference.size());
   const cv::Mat square = cv::getStructuringElement(cv::MORPH_RECT, {3, 3});
   cv::Mat inside;
-  cv::erode(mask, inside, square);  // Outside the picture counts as body: a body cut by the frame has no edge there.
+  shrink(mask, inside, square);  // Outside the picture counts as body: a body cut by the frame has no edge there.
   cv::Mat body_difference;
   cv::bitwise_and(difference, mask, body_difference);
   cv::Mat strongest;
-  cv::dilate(body_difference, strongest, square);
+  grow(body_difference, strongest, square);
   cv::Mat out(mask.size(), CV_8UC1);
   for (int y = 0; y < mask.rows; ++y) {
     const auto* m = mask.ptr<std::uint8_t>(y);
