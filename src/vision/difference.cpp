@@ -67,11 +67,14 @@ cv::Mat edge_at_half_contrast(const cv::Mat& mask, const cv::Mat& difference) {
 
 cv::Mat without_specks(const cv::Mat& mask, int min_area, bool only_largest) {
   if (min_area <= 1 && !only_largest) return mask.clone();
+  cv::Mat out = cv::Mat::zeros(mask.size(), CV_8UC1);
+  const auto box = cv::boundingRect(mask);
+  if (box.empty()) return out;
   cv::Mat labels;
   cv::Mat statistics;
   cv::Mat centroids;
   // One algorithm by name: the default may choose by the number of threads.
-  const int count = cv::connectedComponentsWithStats(mask, labels, statistics, centroids, 8, CV_32S, cv::CCL_SAUF);
+  const int count = cv::connectedComponentsWithStats(mask(box), labels, statistics, centroids, 8, CV_32S, cv::CCL_SAUF);
   std::vector<std::uint8_t> keep(static_cast<std::size_t>(count), 0);
   int largest = 0;
   for (int i = 1; i < count; ++i) {
@@ -84,11 +87,10 @@ cv::Mat without_specks(const cv::Mat& mask, int min_area, bool only_largest) {
       if (i != largest) keep[std::size_t(i)] = 0;
     }
   }
-  cv::Mat out(mask.size(), CV_8UC1);
-  for (int y = 0; y < mask.rows; ++y) {
+  for (int y = 0; y < box.height; ++y) {
     const auto* label = labels.ptr<int>(y);
-    auto* o = out.ptr<std::uint8_t>(y);
-    for (int x = 0; x < mask.cols; ++x) o[x] = keep[std::size_t(label[x])];
+    auto* o = out.ptr<std::uint8_t>(box.y + y) + box.x;
+    for (int x = 0; x < box.width; ++x) o[x] = keep[std::size_t(label[x])];
   }
   return out;
 }
