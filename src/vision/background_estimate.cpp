@@ -25,6 +25,9 @@ constexpr double kBodyShare = 0.005;        // Of the picture; less is no body.
 // Median of half-normal noise over its standard deviation lies between 0.67 (channels in step) and 0.8 (independent).
 constexpr double kMedianPerNoise = 0.75;
 
+// Picture, plate and D are rounded to whole levels, and each rounding adds a variance of 1/12.
+constexpr double kRounding = 3.0 / 12.0;
+
 double threshold_of(double noise) { return std::max(kLeastThreshold, kThresholdPerNoise * noise); }
 
 double lower_quartile(std::vector<double> values) {
@@ -168,7 +171,8 @@ BackgroundEstimate judge_plate(const cv::Mat& plate, std::span<const cv::Mat> pi
     lit.push_back(ToneCurve(plate, picture).apply(plate));
     medians.push_back(interpolated_median(difference_luminance(picture, lit.back())));
   }
-  estimate.noise = lower_quartile(medians) / kMedianPerNoise;
+  const double rounded_noise = lower_quartile(medians) / kMedianPerNoise;
+  estimate.noise = std::sqrt(std::max(0.0, rounded_noise * rounded_noise - kRounding));
 
   const double threshold = threshold_of(estimate.noise);
   const int speck = std::max(2, static_cast<int>(0.0002 * double(plate.total())));
