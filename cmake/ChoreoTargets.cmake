@@ -7,6 +7,7 @@ set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
 
+option(CHOREO_FUZZ "Build the fuzzers (target fuzzers); needs clang" OFF)
 option(CHOREO_WERROR "Warnings are errors" OFF)
 set(CHOREO_SANITIZE "" CACHE STRING "Sanitizers for everything built here, such as address,undefined or thread")
 
@@ -27,6 +28,14 @@ if(CHOREO_SANITIZE)
     target_compile_options(choreo_settings INTERFACE -fno-sanitize-recover=all)
   endif()
   target_link_options(choreo_settings INTERFACE -fsanitize=${CHOREO_SANITIZE})
+endif()
+
+if(CHOREO_FUZZ)
+  if(NOT CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+    message(FATAL_ERROR "CHOREO_FUZZ needs clang: cmake --preset fuzz")
+  endif()
+  # Everything is watched, so that the fuzzers see which way their input went.
+  target_compile_options(choreo_settings INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
 # choreo_library(NAME [PUBLIC libs...] [PRIVATE libs...] SOURCES ... [HEADERS ...])
