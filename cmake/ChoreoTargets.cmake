@@ -7,6 +7,7 @@ set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
 
+option(CHOREO_FUZZ "Build the fuzzers (target fuzzers); needs clang" OFF)
 option(CHOREO_WERROR "Warnings are errors" OFF)
 set(CHOREO_SANITIZE "" CACHE STRING "Sanitizers for everything built here, such as address,undefined or thread")
 
@@ -31,6 +32,14 @@ if(CHOREO_SANITIZE)
   target_link_options(choreo_settings INTERFACE -fsanitize=${CHOREO_SANITIZE})
 endif()
 
+if(CHOREO_FUZZ)
+  if(NOT CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+    message(FATAL_ERROR "CHOREO_FUZZ needs clang: cmake --preset fuzz")
+  endif()
+  # Everything is watched, so that the fuzzers see which way their input went.
+  target_compile_options(choreo_settings INTERFACE -fsanitize=fuzzer-no-link)
+endif()
+
 # choreo_library(NAME [PUBLIC libs...] [PRIVATE libs...] SOURCES ... [HEADERS ...])
 # Makes the static library choreo_NAME of the calling folder, known as choreoscope::NAME, with its sources one by one.
 function(choreo_library name)
@@ -48,7 +57,8 @@ endfunction()
 # What the sanitizers are told, so that nobody has to remember it.
 set(choreo_test_environment)
 if(CHOREO_SANITIZE STREQUAL "thread")
-  # OpenCV, FFmpeg and TBB are not instrumented: what they synchronise among themselves cannot be seen.
+  # OpenCV, FFmpeg and TBB are not instrumented: what they synchronise among themselves cannot be seen. Of TBB the tests
+  # take one worker (tests/support/one_worker.cpp); the threads of the pipeline are all there.
   set(choreo_test_environment ENVIRONMENT "TSAN_OPTIONS=ignore_noninstrumented_modules=1")
 elseif(CHOREO_SANITIZE MATCHES "address")
   # Leaks are looked for by default.
@@ -71,6 +81,10 @@ function(choreo_test name)
   add_executable(${name} ${ARG_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
   target_link_libraries(${name} PRIVATE ${ARG_LIBS} GTest::gmock GTest::gtest_main choreo_settings)
+  if(CHOREO_SANITIZE STREQUAL "thread")
+    target_sources(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support/one_worker.cpp)
+    target_link_libraries(${name} PRIVATE TBB::tbb OpenCVParts::core)
+  endif()
   if(ARG_LABELS MATCHES threaded)
     add_dependencies(threaded_tests ${name})
   endif()

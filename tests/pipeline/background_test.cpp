@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "pipeline/even_sampler.hpp"
 #include "pipeline/fakes.hpp"
 #include "support/frames.hpp"
 
@@ -237,10 +238,46 @@ TEST_F(LearnBackground, OfLongRecordingsAtMostAHundredAndTwentyEvenlySpreadPictu
   EXPECT_EQ(learn(brightening(241), "first:1h")->pictures, 61u) << "frames 0, 4, ... 240";
 }
 
-TEST_F(LearnBackground, LargePicturesAreKeptInSmallerNumber) {
-  // 256 MiB hold 43 pictures of 1920x1080: of 50, thinned by the odd number, frames 0, 2, ... 48 stay.
-  const cv::Mat large(1080, 1920, CV_8UC3, cv::Scalar(10, 20, 30));
-  EXPECT_EQ(learn(of_wall(50, large), "first:1h")->pictures, 25u);
+// Which of so many pictures are kept, each being its own number.
+std::vector<int> kept_of(int count, std::size_t most) {
+  EvenSampler sampler(most);
+  for (int i = 0; i < count; ++i) sampler.add(cv::Mat(1, 1, CV_32SC1, cv::Scalar(i)));
+  std::vector<int> kept;
+  for (const auto& picture : sampler.pictures()) kept.push_back(picture.at<int>(0, 0));
+  return kept;
+}
+
+TEST(EvenSampler, KeepsEveryPictureOrEverySecondOrEveryFourth) {
+  EXPECT_THAT(kept_of(0, 4), ElementsAre());
+  EXPECT_THAT(kept_of(4, 4), ElementsAre(0, 1, 2, 3));
+  EXPECT_THAT(kept_of(5, 4), ElementsAre(0, 2, 4));
+  EXPECT_THAT(kept_of(8, 4), ElementsAre(0, 2, 4, 6));
+  EXPECT_THAT(kept_of(9, 4), ElementsAre(0, 4, 8));
+  EXPECT_THAT(kept_of(3, 3), ElementsAre(0, 1, 2));
+  EXPECT_THAT(kept_of(6, 3), ElementsAre(0, 2, 4)) << "of an odd number too";
+  EXPECT_THAT(kept_of(1000, 1), ElementsAre(0));
+}
+
+TEST(EvenSampler, TheStepIsAlwaysTheSameAndAtLeastHalfThePlacesAreUsed) {
+  for (const std::size_t most : {2u, 7u, 8u, 120u}) {
+    for (int count = 1; count < 1000; count += 7) {
+      const auto kept = kept_of(count, most);
+      ASSERT_LE(kept.size(), most);
+      ASSERT_GE(kept.size(), std::min(std::size_t(count), (most + 1) / 2));
+      ASSERT_EQ(kept[0], 0);
+      const int step = kept.size() > 1 ? kept[1] : count;
+      for (std::size_t i = 0; i < kept.size(); ++i) ASSERT_EQ(kept[i], int(i) * step);
+      ASSERT_GE(kept.back() + step, count) << "up to the end";
+    }
+  }
+}
+
+TEST(EvenSampler, LargePicturesAreKeptInSmallerNumber) {
+  EXPECT_EQ(EvenSampler::most_of({320, 240}), 120u);
+  EXPECT_EQ(EvenSampler::most_of({1, 1}), 120u);
+  EXPECT_EQ(EvenSampler::most_of({1920, 1080}), 43u) << "6.2 MB each";
+  EXPECT_EQ(EvenSampler::most_of({7680, 4320}), 8u);
+  EXPECT_EQ(EvenSampler::most_of({50000, 50000}), 8u) << "more bytes than an int holds";
 }
 
 }  // namespace
