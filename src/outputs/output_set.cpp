@@ -66,12 +66,17 @@ OutputSet::~OutputSet() {
   for (auto it = made_folders_.rbegin(); it != made_folders_.rend(); ++it) fs::remove(*it, ignored);
 }
 
-fs::path OutputSet::add(const std::string& name) {
-  File file{folder_ / fmt::format(".{}.{}.tmp", name, ::getpid()), folder_ / name};
+void OutputSet::check(const std::string& name) const {
   std::error_code problem;
-  if (fs::is_directory(file.final, problem)) {
-    throw usage_error(fmt::format("output \"{}\" is a folder", file.final.string()), {}, "choose another with --out");
+  const auto final = folder_ / name;
+  if (fs::is_directory(final, problem)) {
+    throw usage_error(fmt::format("output \"{}\" is a folder", final.string()), {}, "choose another with --out");
   }
+}
+
+fs::path OutputSet::add(const std::string& name) {
+  check(name);
+  File file{folder_ / fmt::format(".{}.{}.tmp", name, ::getpid()), folder_ / name};
   files_.push_back(file);
   return file.temporary;
 }
