@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdlib>
 #include <exception>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -17,6 +19,7 @@
 #include "cli/recording.hpp"
 #include "cli/source_options.hpp"
 #include "cli/summary.hpp"
+#include "devices/image_folder/picture_check.hpp"
 #include "outputs/output_set.hpp"
 #include "pipeline/stages/silhouette_stages.hpp"
 #include "pipeline/steady_clock.hpp"
@@ -60,9 +63,14 @@ source), 130 interrupted: what was computed until then is written.)";
 cv::Mat read_plate(const std::string& path) {
   cv::Mat plate;
   try {
-    plate = cv::imread(path, cv::IMREAD_COLOR);
+    std::ifstream file(path, std::ios::binary);
+    const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+    // Half a picture would be half a room.
+    if (devices::is_whole_picture(bytes)) plate = cv::imdecode(bytes, cv::IMREAD_COLOR);
+  } catch (const std::ios_base::failure&) {
+    // A folder, or a disk that does not answer: the picture stays empty.
   } catch (const cv::Exception&) {
-    // Falls through: the picture stays empty.
+    // The same.
   }
   if (plate.empty()) {
     throw usage_error(fmt::format("the plate \"{}\" is no picture that can be read", path), {},
@@ -137,13 +145,18 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   };
   auto source = open();
   summary.source = source->info();
-  summary.span = options.source.span;
+  summary.span = options.source.span.value_or("");
   summary.every = selection.every;
   summary.working_size = pipeline::working_size(summary.source.size, settings.working_rows);
 
   const auto spec = pipeline::parse_background(settings.background);
   const auto plate = spec.kind == pipeline::BackgroundSpec::Kind::kPlate ? read_plate(spec.plate) : cv::Mat();
+  if (options.out.empty()) throw usage_error("is empty", "--out", "name the folder to write to");
   outputs::OutputSet files(options.out);
+  summary.files = {"plot.png", "triangle.png", "z.npy", "zstar.npy", "times.npy", "frames.csv", "summary.json"};
+  if (settings.plot.svg) summary.files.insert(summary.files.end(), {"plot.svg", "triangle.svg"});
+  if (save_masks) summary.files.emplace_back("masks.npy");
+  for (const auto& name : summary.files) files.check(name);
 
   // 1. The wall.
   auto start = clock.now();
@@ -187,7 +200,7 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   if (rows.empty()) {
     if (summary.run.interrupted) return kInterrupted;
     throw usage_error(fmt::format("no frame of \"{}\" is chosen: it has {} frames", summary.source.name,
-                                  summary.run.frames_read), options.source.span.empty() ? "" : "--span " + options.source.span,
+                                  summary.run.frames_read), options.source.span ? "--span " + *options.source.span : "",
                       "choose a span inside the recording");
   }
 
@@ -233,9 +246,6 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   summary.sudden_changes_s = record.sudden_changes_s();
   summary.interrupted = summary.run.interrupted;
   summary.warnings = warnings_of(summary, record, learned->source->warnings());
-  summary.files = {"plot.png", "triangle.png", "z.npy", "zstar.npy", "times.npy", "frames.csv", "summary.json"};
-  if (settings.plot.svg) summary.files.insert(summary.files.end(), {"plot.svg", "triangle.svg"});
-  if (masks) summary.files.emplace_back("masks.npy");
   outputs::write_file(files.add("summary.json"), to_json(summary, config));
   files.commit();
 

@@ -10,6 +10,18 @@
 #include <fmt/format.h>
 
 namespace choreo::cli {
+namespace {
+
+// One line is one line, and only text, whatever a file name contains.
+std::string flat(std::string_view line) {
+  std::string text(line);
+  for (auto& c : text) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+  }
+  return text;
+}
+
+}  // namespace
 
 Console::Console() {
   const auto* term = std::getenv("TERM");
@@ -66,20 +78,13 @@ void Console::say(std::string_view line) {
   fmt::print(stderr, "{}\n", line);
 }
 
-void Console::warn(std::string_view line) { say(fmt::format("choreoscope: warning: {}", line)); }
+void Console::warn(std::string_view line) { say(fmt::format("choreoscope: warning: {}", flat(line))); }
 
-void Console::error(std::string_view line) {
-  // One line is one line, whatever a file name contains.
-  std::string flat(line);
-  for (auto& c : flat) {
-    if (static_cast<unsigned char>(c) < 0x20) c = ' ';
-  }
-  say(fmt::format("choreoscope: error: {}", flat));
-}
+void Console::error(std::string_view line) { say(fmt::format("choreoscope: error: {}", flat(line))); }
 
 void Console::error(const Error& problem) {
   error(problem.what());
-  if (!problem.hint().empty()) say("hint: " + problem.hint());
+  if (!problem.hint().empty()) say("hint: " + flat(problem.hint()));
 }
 
 }  // namespace choreo::cli

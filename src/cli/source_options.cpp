@@ -4,6 +4,12 @@
 #include "core/error.hpp"
 
 namespace choreo::cli {
+namespace {
+
+// CLI11 reads no text at all as 0.
+const CLI::Validator kNotEmpty([](const std::string& text) { return std::string(text.empty() ? "is empty" : ""); }, "");
+
+}  // namespace
 
 void SourceOptions::declare(CLI::App& command) {
   command.add_option("SOURCE", source,
@@ -19,27 +25,30 @@ void SourceOptions::declare(CLI::App& command) {
                      "auto: estimated over the whole clip (default); first:1s: median of the first second;\n"
                      "or the path of a picture of the empty room, of the frames' size")
       ->type_name("WHAT");
-  command.add_option("--every", every, "take the first of each N frames (1 to 1000000, default 1)")->type_name("N");
+  command.add_option("--every", every, "take the first of each N frames (1 to 1000000, default 1)")
+      ->type_name("N")
+      ->check(kNotEmpty);
   command.add_option("--span", span,
                      "only the frames from A to B: seconds, half open (1.5:3), or the source's\n"
                      "frames counted from 1, both ends in (1f:468f)")
       ->type_name("A:B");
   command.add_option("--threads", threads, "processor cores to use (0 to 1024, default 0: all); never changes a result")
-      ->type_name("N");
+      ->type_name("N")
+      ->check(kNotEmpty);
 }
 
 config::Config SourceOptions::configuration() const {
   config::Config config;
   if (!config_file.empty()) config.load_file(config_file);
   for (const auto& assignment : assignments) config.set(assignment);
-  if (!background.empty()) config.set_text("background.from", background, "--background");
+  if (background) config.set_text("background.from", *background, "--background");
   config.options().mask.validate();
   return config;
 }
 
 pipeline::FrameSelection SourceOptions::selection() const {
   pipeline::FrameSelection selection;
-  if (!span.empty()) selection = pipeline::parse_span(span);
+  if (span) selection = pipeline::parse_span(*span);
   if (every < 1 || every > 1'000'000) {
     throw usage_error("is " + std::to_string(every), "--every", "--every is a whole number from 1 to 1000000");
   }

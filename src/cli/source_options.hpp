@@ -2,6 +2,7 @@
 // The options of every command that takes a SOURCE.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,8 +17,8 @@ struct SourceOptions {
   std::string source;
   std::string config_file;
   std::vector<std::string> assignments;
-  std::string background;  ///< Empty: as configured.
-  std::string span;        ///< Empty: everything.
+  std::optional<std::string> background;  ///< Absent: as configured.
+  std::optional<std::string> span;        ///< Absent: everything.
   long long every = 1;
   int threads = 0;
 

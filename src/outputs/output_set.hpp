@@ -21,6 +21,10 @@ class OutputSet {
   OutputSet(const OutputSet&) = delete;
   OutputSet& operator=(const OutputSet&) = delete;
 
+  /// Refuses now what `add` would refuse after the work is done.
+  /// @throws Error (usage) where a folder has that name already.
+  void check(const std::string& name) const;
+
   /// Where to write the file that will be `folder / name`.
   /// @throws Error (usage) where a folder has that name already.
   [[nodiscard]] std::filesystem::path add(const std::string& name);

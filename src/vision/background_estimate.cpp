@@ -30,23 +30,6 @@ constexpr double kRounding = 3.0 / 12.0;
 
 double threshold_of(double noise) { return std::max(kLeastThreshold, kThresholdPerNoise * noise); }
 
-// Median grey level with the position inside its bin, so that noise below one level still tells.
-double interpolated_median(const cv::Mat& grey) {
-  std::array<std::int64_t, 256> histogram{};
-  for (int y = 0; y < grey.rows; ++y) {
-    const auto* line = grey.ptr<std::uint8_t>(y);
-    for (int x = 0; x < grey.cols; ++x) ++histogram[line[x]];
-  }
-  const double half = double(grey.total()) / 2.0;
-  double below = 0;
-  for (int level = 0; level < 256; ++level) {
-    const auto here = double(histogram[std::size_t(level)]);
-    if (below + here >= half) return std::max(0.0, level - 0.5 + (half - below) / std::max(1.0, here));
-    below += here;
-  }
-  return 255.0;
-}
-
 double lower_quartile(std::vector<double> values) {
   if (values.empty()) return 0;
   const auto middle = values.begin() + std::ptrdiff_t(values.size() / 4);

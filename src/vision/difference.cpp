@@ -2,6 +2,7 @@
 #include "vision/difference.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <vector>
 
@@ -31,6 +32,22 @@ cv::Mat difference_luminance(const cv::Mat& picture, const cv::Mat& background) 
   cv::Mat luminance;
   cv::cvtColor(difference, luminance, cv::COLOR_BGR2GRAY);  // These are its weights.
   return luminance;
+}
+
+double interpolated_median(const cv::Mat& grey) {
+  std::array<std::int64_t, 256> histogram{};
+  for (int y = 0; y < grey.rows; ++y) {
+    const auto* line = grey.ptr<std::uint8_t>(y);
+    for (int x = 0; x < grey.cols; ++x) ++histogram[line[x]];
+  }
+  const double half = double(grey.total()) / 2.0;
+  double below = 0;
+  for (int level = 0; level < 256; ++level) {
+    const auto here = double(histogram[std::size_t(level)]);
+    if (below + here >= half) return std::max(0.0, level - 0.5 + (half - below) / std::max(1.0, here));
+    below += here;
+  }
+  return 255.0;
 }
 
 cv::Mat annealed(const cv::Mat& mask, int steps) {

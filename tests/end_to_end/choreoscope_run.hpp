@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// The built program, its results, and how it must refuse.
+#pragma once
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "support/npy_file.hpp"
+#include "support/program.hpp"
+#include "support/temp_folder.hpp"
+
+namespace choreo::test {
+
+inline Outcome choreoscope(const std::vector<std::string>& arguments, const RunOptions& options = {}) {
+  return run_program(CHOREO_PROGRAM, arguments, options);
+}
+
+/// Everything below a folder, hidden files too, as paths relative to it.
+inline std::set<std::string> files_in(const std::string& folder) {
+  std::set<std::string> names;
+  if (!std::filesystem::exists(folder)) return names;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    names.insert(std::filesystem::relative(entry.path(), folder).string());
+  }
+  return names;
+}
+
+/// What `analyze` writes, read back.
+struct Results {
+  nlohmann::json summary;
+  NpyFile z, zstar, times;
+  std::size_t n = 0;
+  std::vector<float> z_values, zstar_values;
+  std::vector<double> time_s;
+
+  explicit Results(const std::string& folder)
+      : z(read_npy(folder + "/z.npy")), zstar(read_npy(folder + "/zstar.npy")), times(read_npy(folder + "/times.npy")) {
+    const auto text = read_bytes(folder + "/summary.json");
+    summary = nlohmann::json::parse(text.begin(), text.end());
+    z_values = z.values<float>();
+    zstar_values = zstar.values<float>();
+    time_s = times.values<double>();
+    n = time_s.size();
+  }
+  [[nodiscard]] double Z(std::size_t a, std::size_t b) const { return z_values.at(a * n + b); }
+  [[nodiscard]] double Zstar(std::size_t a, std::size_t b) const { return zstar_values.at(a * n + b); }
+};
+
+/// Runs `analyze`, which must end with 0.
+inline Outcome analyze(const std::string& source, const std::string& out, const std::vector<std::string>& more = {},
+                   const RunOptions& options = {}) {
+  std::vector<std::string> arguments{"analyze", source, "--out", out};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  auto run = choreoscope(arguments, options);
+  EXPECT_EQ(run.status, 0) << run.told();
+  return run;
+}
+
+/// Checks that `run` ended with `status` and one line that says why, and returns that line without its beginning.
+///
+/// Beside it there may be lines of progress, and one hint behind it; nothing else, of no library either.
+inline std::string complaint_of(const Outcome& run, int status) {
+  const auto errors = run.err_lines("choreoscope: error: ");
+  const auto hints = run.err_lines("hint: ");
+  const auto lines = run.err_lines();
+  const auto strays = std::count_if(lines.begin(), lines.end(), [](const std::string& line) {
+    return !line.starts_with("choreoscope: ") && !line.starts_with("hint: ");
+  });
+  const bool at_the_end =
+      !lines.empty() && lines.back().starts_with(hints.empty() ? "choreoscope: error: " : "hint: ");
+  const bool fits = run.status == status && run.out.empty() && errors.size() == 1 && !errors[0].empty() &&
+                    hints.size() <= 1 && strays == 0 && at_the_end;
+  EXPECT_TRUE(fits) << "not one line that says what is wrong and status " << status << ": " << run.told();
+  return errors.empty() ? std::string() : errors[0];
+}
+
+inline std::string hint_of(const Outcome& run) {
+  const auto hints = run.err_lines("hint: ");
+  return hints.empty() ? std::string() : hints.back();
+}
+
+}  // namespace choreo::test
