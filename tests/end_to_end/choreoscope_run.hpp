@@ -54,7 +54,7 @@ struct Results {
 
 /// Runs `analyze`, which must end with 0.
 inline Outcome analyze(const std::string& source, const std::string& out, const std::vector<std::string>& more = {},
-                   const RunOptions& options = {}) {
+                       const RunOptions& options = {}) {
   std::vector<std::string> arguments{"analyze", source, "--out", out};
   arguments.insert(arguments.end(), more.begin(), more.end());
   auto run = choreoscope(arguments, options);
@@ -72,8 +72,7 @@ inline std::string complaint_of(const Outcome& run, int status) {
   const auto strays = std::count_if(lines.begin(), lines.end(), [](const std::string& line) {
     return !line.starts_with("choreoscope: ") && !line.starts_with("hint: ");
   });
-  const bool at_the_end =
-      !lines.empty() && lines.back().starts_with(hints.empty() ? "choreoscope: error: " : "hint: ");
+  const bool at_the_end = !lines.empty() && lines.back().starts_with(hints.empty() ? "choreoscope: error: " : "hint: ");
   const bool fits = run.status == status && run.out.empty() && errors.size() == 1 && !errors[0].empty() &&
                     hints.size() <= 1 && strays == 0 && at_the_end;
   EXPECT_TRUE(fits) << "not one line that says what is wrong and status " << status << ": " << run.told();

@@ -21,8 +21,8 @@ class RefusalTest : public ::testing::Test {
 
   RefusalTest() {
     std::filesystem::create_directory(old());
-    for (const auto* name : {"z.npy", "zstar.npy", "times.npy", "frames.csv", "plot.png", "triangle.png",
-                             "summary.json", "masks.npy"}) {
+    for (const auto* name :
+         {"z.npy", "zstar.npy", "times.npy", "frames.csv", "plot.png", "triangle.png", "summary.json", "masks.npy"}) {
       write_bytes(old() + "/" + name, std::string("old results: ") + name);
     }
   }

@@ -36,7 +36,8 @@ Bytes silent_wav() {
 }
 
 TEST_F(SourceRefusal, AMissingFileIsNamed) {
-  EXPECT_THAT(refused(folder_ / "no such clip.mp4"), AllOf(HasSubstr("no such clip.mp4\""), HasSubstr("does not exist")));
+  EXPECT_THAT(refused(folder_ / "no such clip.mp4"),
+              AllOf(HasSubstr("no such clip.mp4\""), HasSubstr("does not exist")));
 }
 
 TEST_F(SourceRefusal, AnEmptyFile) {

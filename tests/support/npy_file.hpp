@@ -38,9 +38,11 @@ struct NpyFile {
 inline NpyFile read_npy(const std::string& path) {
   const auto bytes = read_bytes(path);
   const std::string magic("\x93NUMPY\x01\x00", 8);
-  if (bytes.size() < 10 || std::memcmp(bytes.data(), magic.data(), 8) != 0) throw std::runtime_error(path + ": no .npy");
+  if (bytes.size() < 10 || std::memcmp(bytes.data(), magic.data(), 8) != 0)
+    throw std::runtime_error(path + ": no .npy");
   const std::size_t length = bytes[8] + 256U * bytes[9];
-  if (bytes.size() < 10 + length || (10 + length) % 64 != 0) throw std::runtime_error(path + ": header cut or unaligned");
+  if (bytes.size() < 10 + length || (10 + length) % 64 != 0)
+    throw std::runtime_error(path + ": header cut or unaligned");
   const std::string header(bytes.begin() + 10, bytes.begin() + static_cast<std::ptrdiff_t>(10 + length));
   const auto behind = [&](const std::string& key) {
     const auto at = header.find("'" + key + "':");

@@ -91,7 +91,8 @@ std::vector<std::string> Outcome::err_lines(const std::string& start) const {
 std::string Outcome::told() const {
   std::ostringstream text;
   text << "status " << status << ", signal " << signal << (timed_out ? ", timed out" : "") << "\nstdout:\n"
-       << out << "stderr:\n" << err;
+       << out << "stderr:\n"
+       << err;
   return text.str();
 }
 

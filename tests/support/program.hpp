@@ -46,6 +46,6 @@ struct Outcome {
 
 /// @throws std::runtime_error where the program cannot be started.
 [[nodiscard]] Outcome run_program(const std::string& path, const std::vector<std::string>& arguments,
-                              const RunOptions& options = {});
+                                  const RunOptions& options = {});
 
 }  // namespace choreo::test

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+// What analyze writes: every file, its shape, and masks that agree with the truth.
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "devices/source_uri.hpp"
+#include "devices/synthetic/synthetic_source.hpp"
+#include "end_to_end/choreoscope_run.hpp"
+
+namespace choreo::test {
+namespace {
+
+/// One line a frame, cells by column name.
+std::vector<std::map<std::string, std::string>> read_csv(const std::string& path) {
+  const auto cells_of = [](const std::string& line) {
+    std::vector<std::string> cells;
+    std::istringstream in(line);
+    for (std::string cell; std::getline(in, cell, ',');) cells.push_back(cell);
+    return cells;
+  };
+  std::ifstream file(path);
+  std::string line;
+  std::getline(file, line);
+  const auto names = cells_of(line);
+  std::vector<std::map<std::string, std::string>> rows;
+  while (std::getline(file, line)) {
+    const auto cells = cells_of(line);
+    EXPECT_EQ(cells.size(), names.size()) << line;
+    auto& row = rows.emplace_back();
+    for (std::size_t i = 0; i < std::min(cells.size(), names.size()); ++i) row[names[i]] = cells[i];
+  }
+  return rows;
+}
+
+TEST(AnalyzeOutputs, AllFilesAreThereAndAgreeOnTheNumberOfFrames) {
+  const TempFolder folder;
+  const auto out = folder / "made/on/the/way";
+  const auto run = analyze("synthetic://jumping-jacks?size=320x240&duration=2", out, {"--save", "masks"});
+  const std::set<std::string> wanted{"plot.png",  "triangle.png", "z.npy",        "zstar.npy",
+                                     "times.npy", "frames.csv",   "summary.json", "masks.npy"};
+  EXPECT_EQ(files_in(out), wanted);
+  for (const auto& name : wanted) EXPECT_NE(run.out.find(out + "/" + name + "\n"), std::string::npos) << name;
+
+  const Results r(out);
+  ASSERT_EQ(r.n, 90u);  // One second of empty room and two of jumping, at 30 a second.
+  const std::vector<std::size_t> square{90, 90};
+  EXPECT_EQ(r.z.shape, square);
+  EXPECT_EQ(r.zstar.shape, square);
+  EXPECT_EQ(r.times.shape, std::vector<std::size_t>{90});
+  EXPECT_EQ(r.z.dtype, "<f4");
+  EXPECT_EQ(r.zstar.dtype, "<f4");
+  EXPECT_EQ(r.times.dtype, "<f8");
+  const auto masks = read_npy(out + "/masks.npy");
+  EXPECT_EQ(masks.dtype, "|u1");
+  EXPECT_EQ(masks.shape, (std::vector<std::size_t>{90, 240, 320}));
+  const auto pixels = masks.values<std::uint8_t>();
+  EXPECT_LE(*std::max_element(pixels.begin(), pixels.end()), 1);
+  for (std::size_t i = 0; i < r.n; ++i) EXPECT_NEAR(r.time_s[i], double(i) / 30, 1e-9);
+
+  EXPECT_EQ(r.summary["frames"], 90);
+  EXPECT_EQ(r.summary["frames_without_body"], 30);
+  EXPECT_EQ(r.summary["size"], nlohmann::json({320, 240}));
+  EXPECT_EQ(r.summary["working_size"], nlohmann::json({320, 240}));
+  EXPECT_EQ(r.summary["source"], "synthetic://jumping-jacks?size=320x240&duration=2");
+  EXPECT_EQ(r.summary["background"]["uncertain"], false);
+  EXPECT_EQ(r.summary["interrupted"], false);
+  EXPECT_EQ(r.summary["warnings"], nlohmann::json::array());
+  EXPECT_EQ(r.summary["settings"]["mask.steps"], 2);
+  EXPECT_TRUE(r.summary["timings"].contains("stages"));
+  EXPECT_EQ(r.summary["files"].size(), wanted.size());
+  for (const auto* name : {"plot.png", "triangle.png"}) {
+    const auto plot = cv::imread(out + "/" + name);
+    EXPECT_EQ(plot.cols, 1600) << name;
+    EXPECT_GT(plot.rows, 300) << name;
+  }
+}
+
+TEST(AnalyzeOutputs, TheTableTheMatricesAndTheMasksTellTheSameStory) {
+  const TempFolder folder;
+  analyze("synthetic://reflected-state?size=320x240&fps=15&seed=4", folder / "out", {"--save", "masks"});
+  const Results r(folder / "out");
+  const auto rows = read_csv(folder / "out/frames.csv");
+  const auto masks = read_npy(folder / "out/masks.npy").values<std::uint8_t>();
+  ASSERT_EQ(rows.size(), r.n);
+  std::size_t without = 0;
+  for (std::size_t i = 0; i < r.n; ++i) {
+    const auto& row = rows[i];
+    const cv::Mat mask(240, 320, CV_8UC1, const_cast<std::uint8_t*>(masks.data() + i * 240 * 320));
+    const int area = cv::countNonZero(mask);
+    EXPECT_EQ(std::stoi(row.at("frame")), static_cast<int>(i) + 1);
+    EXPECT_NEAR(std::stod(row.at("time_s")), r.time_s[i], 1e-6);
+    if (row.at("body") == "0") {
+      ++without;
+      EXPECT_EQ(area, 0);
+      EXPECT_EQ(row.at("area_px"), "nan");
+      // A row, a column and a diagonal entry of NaN.
+      for (std::size_t k = 0; k < r.n; ++k) {
+        ASSERT_TRUE(std::isnan(r.Z(i, k)) && std::isnan(r.Z(k, i)) && std::isnan(r.Zstar(i, k)) &&
+                    std::isnan(r.Zstar(k, i)));
+      }
+      continue;
+    }
+    EXPECT_EQ(std::stoi(row.at("area_px")), area);
+    const auto moments = cv::moments(mask, true);
+    EXPECT_NEAR(std::stod(row.at("centroid_x_px")), moments.m10 / moments.m00, 6e-4);
+    EXPECT_NEAR(std::stod(row.at("centroid_y_px")), moments.m01 / moments.m00, 6e-4);
+    const auto box = cv::boundingRect(mask);
+    EXPECT_EQ(row.at("box_x_px") + " " + row.at("box_y_px"), std::to_string(box.x) + " " + std::to_string(box.y));
+    EXPECT_EQ(row.at("box_width_px") + " " + row.at("box_height_px"),
+              std::to_string(box.width) + " " + std::to_string(box.height));
+    EXPECT_NEAR(std::stod(row.at("zstar_tt")), r.Zstar(i, i), 1e-6);
+    EXPECT_EQ(r.Z(i, i), 1);
+    for (std::size_t k = 0; k < i; ++k) {
+      if (rows[k].at("body") == "0") continue;
+      ASSERT_TRUE(r.Z(i, k) == r.Z(k, i) && r.Z(i, k) >= 0 && r.Z(i, k) <= 1);
+      ASSERT_TRUE(r.Zstar(i, k) == r.Zstar(k, i) && r.Zstar(i, k) >= 0 && r.Zstar(i, k) <= 1);
+    }
+  }
+  EXPECT_EQ(r.summary["frames_without_body"], without);
+}
+
+/// Mean intersection over union of the program's masks with the truth, over the frames whose truth has a body.
+/// Expects no body where the truth has none.
+double mean_iou(const std::string& source, const std::vector<std::string>& more = {}) {
+  const TempFolder folder;
+  std::vector<std::string> arguments{"--save", "masks", "--set", "plot.width_px=320", "--set", "plot.thumbnails=0"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  analyze(source, folder / "out", arguments);
+  const auto file = read_npy(folder / "out/masks.npy");
+  const int rows = static_cast<int>(file.shape.at(1));
+  const int cols = static_cast<int>(file.shape.at(2));
+  const auto request =
+      devices::performer_request(devices::parse_source_uri(source, [](const std::string&) { return false; }));
+  const devices::synthetic::Performer performer(request.script, request.settings);
+  EXPECT_EQ(file.shape[0], static_cast<std::size_t>(performer.frame_count()));
+  double sum = 0;
+  int bodies = 0;
+  for (int i = 0; i < performer.frame_count(); ++i) {
+    const auto truth_full = performer.perform(i).mask;
+    cv::Mat truth;
+    cv::resize(truth_full, truth, {cols, rows}, 0, 0, cv::INTER_AREA);
+    truth = truth >= 128;
+    const auto size = static_cast<std::size_t>(rows) * static_cast<std::size_t>(cols);
+    const cv::Mat found(rows, cols, CV_8UC1, const_cast<std::uint8_t*>(file.data.data() + static_cast<std::size_t>(i) * size));
+    const cv::Mat mask = found != 0;
+    if (cv::countNonZero(truth) == 0) {
+      EXPECT_EQ(cv::countNonZero(mask), 0) << "a body in the empty room, frame " << i + 1 << " of " << source;
+      continue;
+    }
+    sum += double(cv::countNonZero(mask & truth)) / double(cv::countNonZero(mask | truth));
+    ++bodies;
+  }
+  EXPECT_GT(bodies, 0) << source;
+  const double mean = sum / bodies;
+  std::printf("%s: mean IoU %.4f over %d frames\n", source.c_str(), mean, bodies);
+  return mean;
+}
+
+class MasksOfSeed : public ::testing::TestWithParam<int> {};
+
+TEST_P(MasksOfSeed, AgreeWithTheTruthAt320x240) {
+  // Another script, body, skin, clothes, room and noise with every seed.
+  static const std::vector<std::string> scripts{"jumping-jacks", "walking", "side-kicks", "idle",
+                                                "stillness",     "limp",    "semaphore",  "palindrome"};
+  const auto seed = GetParam();
+  const auto& script = scripts[static_cast<std::size_t>(seed) % scripts.size()];
+  EXPECT_GE(mean_iou("synthetic://" + script + "?size=320x240&fps=15&duration=5&seed=" + std::to_string(seed)), 0.97);
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, MasksOfSeed, ::testing::Range(1, 11));
+
+TEST(Masks, AgreeWithTheTruthAtFullHd) {
+  EXPECT_GE(mean_iou("synthetic://side-kicks?size=1920x1080&fps=10&duration=3&empty=0.5&seed=5"), 0.97);
+}
+
+TEST(Masks, NobodyIsSeenInAnEmptyRoomBeforeAndAfter) {
+  EXPECT_GE(mean_iou("synthetic://walking?size=320x240&fps=15&duration=3&empty=1&tail=1&seed=11&flicker=4&drift=30"),
+            0.95);
+  EXPECT_GE(mean_iou("synthetic://crossing?size=320x240&fps=10&seed=12"), 0.95);
+}
+
+}  // namespace
+}  // namespace choreo::test
