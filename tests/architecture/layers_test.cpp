@@ -70,6 +70,8 @@ struct Case {
   const char* file;
   const char* include;
   const char* words;
+
+  friend void PrintTo(const Case& c, std::ostream* out) { *out << c.file << " with " << c.include; }
 };
 
 class OneInclude : public Layers, public ::testing::WithParamInterface<Case> {};

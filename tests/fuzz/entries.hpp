@@ -5,6 +5,7 @@
 // promise is a std::logic_error.
 #pragma once
 
+#include <ostream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,6 +24,8 @@ void texts(std::string_view text);
 struct Entry {
   std::string name;  ///< Also of its folder below tests/corpus.
   void (*run)(std::string_view);
+
+  friend void PrintTo(const Entry& entry, std::ostream* out) { *out << entry.name; }
 };
 
 [[nodiscard]] inline std::vector<Entry> entries() {
