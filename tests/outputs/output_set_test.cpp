@@ -150,10 +150,14 @@ TEST_F(OutputSetTest, AFolderWithoutTheRightToWriteIsRefused) {
   // Root may write everywhere, so the test is somebody else meanwhile.
   ::chmod(folder_.path().c_str(), 0555);
   const auto me = ::geteuid();
-  if (me == 0) ASSERT_EQ(::seteuid(65534), 0);
+  if (me == 0) {
+    ASSERT_EQ(::seteuid(65534), 0);
+  }
   const auto error = error_of([&] { const OutputSet files(folder_.path()); });
   const auto below = error_of([&] { const OutputSet files(folder_ / "a/b"); });
-  if (me == 0) ASSERT_EQ(::seteuid(0), 0);
+  if (me == 0) {
+    ASSERT_EQ(::seteuid(0), 0);
+  }
   ::chmod(folder_.path().c_str(), 0755);
   ASSERT_TRUE(error && below);
   EXPECT_EQ(error->fault(), Fault::kUsage);
