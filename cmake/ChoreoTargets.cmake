@@ -7,6 +7,7 @@ set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
 
+option(CHOREO_FUZZ "Build the fuzzers (target fuzzers); needs clang" OFF)
 option(CHOREO_WERROR "Warnings are errors" OFF)
 set(CHOREO_SANITIZE "" CACHE STRING "Sanitizers for everything built here, such as address,undefined or thread")
 
@@ -18,6 +19,8 @@ endif()
 add_library(choreo_settings INTERFACE)
 target_compile_options(choreo_settings INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -Wcast-qual -Wimplicit-fallthrough
+  # A false alarm of g++ 12 about std::string (GCC bug 105651).
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
   # Sums of products must be the same on every machine and at every optimisation level.
   -ffp-contract=off
   $<$<BOOL:${CHOREO_WERROR}>:-Werror>)
@@ -27,6 +30,14 @@ if(CHOREO_SANITIZE)
     target_compile_options(choreo_settings INTERFACE -fno-sanitize-recover=all)
   endif()
   target_link_options(choreo_settings INTERFACE -fsanitize=${CHOREO_SANITIZE})
+endif()
+
+if(CHOREO_FUZZ)
+  if(NOT CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+    message(FATAL_ERROR "CHOREO_FUZZ needs clang: cmake --preset fuzz")
+  endif()
+  # Everything is watched, so that the fuzzers see which way their input went.
+  target_compile_options(choreo_settings INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
 # choreo_library(NAME [PUBLIC libs...] [PRIVATE libs...] SOURCES ... [HEADERS ...])
@@ -43,8 +54,22 @@ function(choreo_library name)
   target_link_libraries(choreo_${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:choreo_settings>)
 endfunction()
 
-# choreo_test(NAME [LABELS labels...] [LIBS libs...] SOURCES ...)
-# Makes a GoogleTest program whose cases CTest runs one by one.
+# What the sanitizers are told, so that nobody has to remember it.
+set(choreo_test_environment)
+if(CHOREO_SANITIZE STREQUAL "thread")
+  # OpenCV, FFmpeg and TBB are not instrumented: what they synchronise among themselves cannot be seen. Of TBB the tests
+  # take one worker (tests/support/one_worker.cpp); the threads of the pipeline are all there.
+  set(choreo_test_environment ENVIRONMENT "TSAN_OPTIONS=ignore_noninstrumented_modules=1")
+elseif(CHOREO_SANITIZE MATCHES "address")
+  # Leaks are looked for by default.
+  set(choreo_test_environment ENVIRONMENT
+    "LSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/cmake/leaks.supp:print_suppressions=0")
+endif()
+
+# choreo_test(NAME [LABELS label] [TIMEOUT seconds] [LIBS libs...] SOURCES ...)
+# Makes a GoogleTest program whose cases CTest runs one by one. The label is unit unless said otherwise; those of
+# unit_threaded are what the thread sanitizer is for, and what the target threaded_tests builds.
+add_custom_target(threaded_tests)
 function(choreo_test name)
   cmake_parse_arguments(ARG "" "TIMEOUT" "LABELS;LIBS;SOURCES" ${ARGN})
   if(NOT ARG_LABELS)
@@ -56,5 +81,13 @@ function(choreo_test name)
   add_executable(${name} ${ARG_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
   target_link_libraries(${name} PRIVATE ${ARG_LIBS} GTest::gmock GTest::gtest_main choreo_settings)
-  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT})
+  if(CHOREO_SANITIZE STREQUAL "thread")
+    target_sources(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support/one_worker.cpp)
+    target_link_libraries(${name} PRIVATE TBB::tbb OpenCVParts::core)
+  endif()
+  if(ARG_LABELS MATCHES threaded)
+    add_dependencies(threaded_tests ${name})
+  endif()
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
+    PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT} ${choreo_test_environment})
 endfunction()

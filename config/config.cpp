@@ -38,30 +38,30 @@ std::vector<std::string> known_keys() {
 }
 
 [[noreturn]] void refuse_key(const std::string& key, const std::string& where) {
+  const auto what = fmt::format("unknown setting \"{}\"", shortened(key));
   auto keys = known_keys();
   if (const auto near = nearest_name(key, keys)) {
-    throw usage_error(fmt::format("unknown setting \"{}\"", key), where, fmt::format("did you mean \"{}\"?", *near));
+    throw usage_error(what, where, fmt::format("did you mean \"{}\"?", *near));
   }
   // A key may be right and its section wrong or missing.
   const auto last = key.substr(key.rfind('.') + 1);
   for (const auto& known : keys) {
-    if (edit_distance(known.substr(known.rfind('.') + 1), last) <= last.size() / 4) {
-      throw usage_error(fmt::format("unknown setting \"{}\"", key), where, fmt::format("did you mean \"{}\"?", known));
-    }
+    const auto name = known.substr(known.rfind('.') + 1);
+    const auto most = last.size() / 4;
+    // What is much longer is not compared: it may be a megabyte.
+    if (last.size() > name.size() + most || edit_distance(name, last) > most) continue;
+    throw usage_error(what, where, fmt::format("did you mean \"{}\"?", known));
   }
-  throw usage_error(fmt::format("unknown setting \"{}\"", key), where,
-                    "`choreoscope config show` lists every setting");
+  throw usage_error(what, where, "`choreoscope config show` lists every setting");
 }
 
 std::string text_of(const toml::node& node) {
   std::ostringstream out;
-  if (const auto* s = node.as_string()) return "\"" + s->get() + "\"";
+  if (const auto* s = node.as_string()) return "\"" + shortened(s->get()) + "\"";
   node.visit([&](const auto& value) { out << value; });
   auto text = out.str();
   std::replace(text.begin(), text.end(), '\n', ' ');
-  constexpr std::size_t kMost = 60;
-  if (text.size() > kMost) text = text.substr(0, kMost) + "...";
-  return text;
+  return shortened(text);
 }
 
 void apply(Options& options, const Field& field, const toml::node& node, const std::string& where) {
@@ -132,7 +132,7 @@ void Config::load_text(std::string_view text, const std::string& name) {
 
 void Config::set(std::string_view assignment, const std::string& option) {
   const auto equals = assignment.find('=');
-  const auto where = fmt::format("{} {}", option, assignment);
+  const auto where = fmt::format("{} {}", option, shortened(assignment));
   if (equals == std::string_view::npos || equals == 0) {
     throw usage_error("is not of the form key=value", where, "for instance --set mask.steps=3");
   }
@@ -153,7 +153,8 @@ void Config::set(std::string_view assignment, const std::string& option) {
     }
   }
   if (!field->text) {
-    throw usage_error(fmt::format("{} is \"{}\"", key, value), where, fmt::format("{} is {}", key, field->range));
+    throw usage_error(fmt::format("{} is \"{}\"", key, shortened(value)), where,
+                      fmt::format("{} is {}", key, field->range));
   }
   apply(options_, *field, toml::value<std::string>(std::string(value)), where);
   origins_[key] = option;
@@ -181,7 +182,8 @@ std::string Config::show() const {
       section = here;
     }
     out += fmt::format("# {}\n# {}\n", field.help, field.range);
-    out += fmt::format("{} = {}  # {}\n", field.key.substr(dot + 1), field.print(options_), origin(field.key));
+    out +=
+        fmt::format("{} = {}  # {}\n", field.key.substr(dot + 1), field.print(options_), one_line(origin(field.key)));
   }
   return out;
 }

@@ -6,17 +6,25 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "core/time.hpp"
+
 namespace choreo::config {
 namespace {
 
-// Integers are numbers too: 2 may stand for 2.0.
+// Integers are numbers too: 2 may stand for 2.0. There is no negative zero, which would read back as another text, nor
+// numbers so small that they would not read back at all.
 std::optional<double> number_of(const toml::node& node) {
   if (const auto* value = node.as_floating_point()) {
-    return std::isfinite(value->get()) ? std::optional(value->get()) : std::nullopt;
+    const double number = value->get();
+    if (!std::isfinite(number)) return std::nullopt;
+    return std::fpclassify(number) == FP_SUBNORMAL ? 0.0 : number + 0.0;
   }
   if (const auto* value = node.as_integer()) return double(value->get());
   return std::nullopt;
@@ -26,7 +34,7 @@ std::string quoted(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') out += '\\';
-    if (static_cast<unsigned char>(c) < 0x20) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
       out += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
     } else {
       out += c;
@@ -105,7 +113,7 @@ Field text(std::string key, At at, std::function<bool(const std::string&)> fits,
   return {std::move(key), std::move(range_text), std::move(help), true,
           [=, fits = std::move(fits)](Options& o, const toml::node& node) {
             const auto* value = node.as_string();
-            if (value == nullptr || !fits(value->get())) return false;
+            if (value == nullptr || !is_utf8(value->get()) || !fits(value->get())) return false;
             at(o) = value->get();
             return true;
           },
@@ -116,6 +124,17 @@ std::function<bool(const std::string&)> one_of(std::vector<std::string> choices)
   return [choices = std::move(choices)](const std::string& s) {
     return std::find(choices.begin(), choices.end(), s) != choices.end();
   };
+}
+
+// Of a plate only that it is named: whether it is there is for whoever reads it.
+bool fits_background(const std::string& text) {
+  constexpr std::string_view kFirst = "first:";
+  if (!text.starts_with(kFirst)) return !text.empty();
+  try {
+    return parse_duration(text.substr(kFirst.size())) > Nanoseconds{0};
+  } catch (const Error&) {
+    return false;
+  }
 }
 
 std::optional<std::vector<double>> numbers_of(const toml::node& node) {
@@ -190,7 +209,7 @@ std::vector<Field> make_schema() {
   std::vector<Field> fields;
   fields.push_back(text(
       "background.from", [](Options& o) -> std::string& { return o.background; },
-      [](const std::string& s) { return !s.empty(); },
+      fits_background,
       "\"auto\", \"first:T\" (T a duration such as 1s), or the path of a picture of the empty room",
       "Where the picture of the empty room comes from: estimated over the whole clip, the median of its beginning, or a plate."));
   fields.push_back(flag(

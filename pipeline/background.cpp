@@ -9,44 +9,14 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "pipeline/even_sampler.hpp"
 #include "pipeline/working_size.hpp"
 #include "vision/quiet_stretches.hpp"
 
 namespace choreo::pipeline {
 namespace {
 
-constexpr std::size_t kMostPictures = 120;
-constexpr std::size_t kLeastPictures = 8;
-constexpr std::size_t kPictureBytes = std::size_t{256} << 20;  // Of all pictures together.
 constexpr Nanoseconds kFirstOfUnrepeatable = std::chrono::seconds(1);
-
-// Keeps pictures evenly spread over a stream of unknown length: every `step`-th, and with twice the step whenever
-// there are too many.
-class EvenSampler {
- public:
-  explicit EvenSampler(std::size_t most) : most_(most) {}
-
-  void add(const cv::Mat& picture) {
-    const auto number = seen_++;
-    if (number % step_ != 0) return;
-    if (kept_.size() == most_) {
-      std::size_t k = 0;
-      for (std::size_t i = 0; i < kept_.size(); i += 2) kept_[k++] = kept_[i];
-      kept_.resize(k);
-      step_ *= 2;
-      if (number % step_ != 0) return;
-    }
-    kept_.push_back(picture);
-  }
-
-  [[nodiscard]] const std::vector<cv::Mat>& pictures() const { return kept_; }
-
- private:
-  std::size_t most_;
-  std::size_t seen_ = 0;
-  std::size_t step_ = 1;
-  std::vector<cv::Mat> kept_;
-};
 
 // Gives frames again that were read already, then the rest.
 class ResumedSource final : public devices::Source {
@@ -87,7 +57,8 @@ BackgroundSpec parse_background(std::string_view text) {
     return spec;
   }
   if (text.empty()) {
-    throw usage_error("the background is empty", {}, "write auto, first:1s, or the path of a picture of the empty room");
+    throw usage_error("the background is empty", {},
+                      "write auto, first:1s, or the path of a picture of the empty room");
   }
   spec.kind = BackgroundSpec::Kind::kPlate;
   spec.plate = std::string(text);
@@ -112,8 +83,7 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
                                   plate.cols, plate.rows, source->info().name, frame_size.width, frame_size.height),
                       {}, "take the plate with the same camera and settings as the recording");
   }
-  const auto bytes = std::size_t(size.area()) * 3;
-  EvenSampler sampler(std::clamp(kPictureBytes / bytes, kLeastPictures, kMostPictures));
+  EvenSampler sampler(EvenSampler::most_of(size));
   vision::QuietStretches quiet;
   std::deque<devices::FramePtr> kept;
   std::optional<Nanoseconds> origin;

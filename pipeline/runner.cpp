@@ -18,7 +18,7 @@ class Reader {
   Reader(devices::Source& source, const FrameSelection& selection) : source_(source), selection_(selection) {}
 
   ObservationPtr next(const std::stop_token& stop) {
-    while (!stop.stop_requested()) {
+    while (!stop.stop_requested() && !done_) {
       auto frame = source_.read(stop);
       if (!frame) return nullptr;
       if (!origin_) origin_ = frame->device_time;
@@ -26,6 +26,8 @@ class Reader {
       const auto number = frame->sequence + 1;
       if (selection_.past(number, time)) return nullptr;
       ++frames_read_;
+      // What lies behind the span is not looked at: it may be broken.
+      done_ = number == selection_.last_frame;
       if (selection_.before(number, time)) continue;
       if (in_span_++ % selection_.every != 0) continue;
       auto observation = std::make_unique<Observation>();
@@ -47,6 +49,7 @@ class Reader {
   std::uint64_t frames_read_ = 0;
   std::uint64_t in_span_ = 0;
   std::uint64_t taken_ = 0;
+  bool done_ = false;
 };
 
 // Adds the time from its making to its end to a sum.
@@ -98,38 +101,37 @@ void run_threaded(Reader& reader, const std::vector<std::unique_ptr<Stage>>& sta
 
   {
     std::vector<std::jthread> threads;
-    for (std::size_t s = 0; s < stages.size(); ++s) {
-      threads.emplace_back([&, s] {
+    const auto work = [&](std::size_t s) {
+      auto& stats = report.stages[s + 1];
+      auto* next = s + 1 < stages.size() ? channels[s + 1].get() : nullptr;
+      try {
         pthread_setname_np(pthread_self(), stages[s]->name().substr(0, 15).c_str());
-        auto& stats = report.stages[s + 1];
-        auto* next = s + 1 < stages.size() ? channels[s + 1].get() : nullptr;
-        try {
-          while (true) {
-            std::optional<ObservationPtr> observation;
-            {
-              const Lap lap(clock, stats.waiting);
-              observation = channels[s]->pop();
-            }
-            if (!observation) break;
-            {
-              const Lap lap(clock, stats.busy);
-              stages[s]->process(**observation);
-            }
-            ++stats.frames;
-            if (next == nullptr) continue;
+        while (true) {
+          std::optional<ObservationPtr> observation;
+          {
             const Lap lap(clock, stats.waiting);
-            if (!next->push(std::move(*observation))) break;
+            observation = channels[s]->pop();
           }
-        } catch (...) {
-          problems[s + 1] = std::current_exception();
+          if (!observation) break;
+          {
+            const Lap lap(clock, stats.busy);
+            stages[s]->process(**observation);
+          }
+          ++stats.frames;
+          if (next == nullptr) continue;
+          const Lap lap(clock, stats.waiting);
+          if (!next->push(std::move(*observation))) break;
         }
-        channels[s]->close();
-        if (next != nullptr) next->close();
-      });
-    }
-    // The calling thread reads.
+      } catch (...) {
+        problems[s + 1] = std::current_exception();
+      }
+      channels[s]->close();
+      if (next != nullptr) next->close();
+    };
     auto& stats = report.stages[0];
     try {
+      for (std::size_t s = 0; s < stages.size(); ++s) threads.emplace_back(work, s);
+      // The calling thread reads.
       while (true) {
         ObservationPtr observation;
         {
@@ -144,6 +146,7 @@ void run_threaded(Reader& reader, const std::vector<std::unique_ptr<Stage>>& sta
     } catch (...) {
       problems[0] = std::current_exception();
     }
+    // The channel of a stage without a thread, where the system had no more, is closed by the stage before it.
     channels[0]->close();
   }
 
@@ -154,8 +157,13 @@ void run_threaded(Reader& reader, const std::vector<std::unique_ptr<Stage>>& sta
     report.stages[s + 1].longest_queue = stats.longest;
   }
   report.frames = report.stages.back().frames;
-  for (auto& problem : problems) {
-    if (problem && !report.problem) report.problem = problem;
+  // The problem of the earliest frame, as with one thread: a reader that is ahead may have met a later one before. What
+  // failed had finished as many frames as its count says, and no two fail at the same frame.
+  std::optional<std::uint64_t> earliest;
+  for (std::size_t i = 0; i < problems.size(); ++i) {
+    if (!problems[i] || (earliest && *earliest <= report.stages[i].frames)) continue;
+    earliest = report.stages[i].frames;
+    report.problem = problems[i];
   }
 }
 

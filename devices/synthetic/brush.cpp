@@ -141,11 +141,16 @@ void Brush::draw(const Stroke& stroke, const Shader& shader) {
 
 void Brush::ellipse(cv::Point2d centre, double half_width, double half_height, cv::Vec3f colour) {
   // Thickness of an ellipse along its vertical axis, from top to bottom.
-  static const Profile kRound = {{0, 0.001}, {0.01, 0.199}, {0.03, 0.341}, {0.07, 0.510}, {0.13, 0.673}, {0.2, 0.8},
-                                 {0.35, 0.954}, {0.5, 1}, {0.65, 0.954}, {0.8, 0.8}, {0.87, 0.673}, {0.93, 0.510},
-                                 {0.97, 0.341}, {0.99, 0.199}, {1, 0.001}};
-  const Stroke stroke{{centre.x, centre.y - half_height}, {centre.x, centre.y + half_height}, &kRound, half_width,
-                      false, false, colour};
+  static const Profile kRound = {{0, 0.001},    {0.01, 0.199}, {0.03, 0.341}, {0.07, 0.510}, {0.13, 0.673},
+                                 {0.2, 0.8},    {0.35, 0.954}, {0.5, 1},      {0.65, 0.954}, {0.8, 0.8},
+                                 {0.87, 0.673}, {0.93, 0.510}, {0.97, 0.341}, {0.99, 0.199}, {1, 0.001}};
+  const Stroke stroke{{centre.x, centre.y - half_height},
+                      {centre.x, centre.y + half_height},
+                      &kRound,
+                      half_width,
+                      false,
+                      false,
+                      colour};
   const auto flat = solid(colour);
   fill(stroke, [&](double, double) { return flat; });
 }

@@ -31,12 +31,12 @@ class Profile {
 struct Stroke {
   cv::Point2d a, b;
   const Profile* profile = nullptr;
-  double scale = 1;          ///< Pixels for one unit of the profile.
-  bool round_a = true;       ///< A round end; else a straight cut.
+  double scale = 1;     ///< Pixels for one unit of the profile.
+  bool round_a = true;  ///< A round end; else a straight cut.
   bool round_b = true;
-  cv::Vec3f colour;          ///< Blue green red, 0 to 255, in full light.
-  double light = 1;          ///< Factor on the light that falls on it.
-  double roundness = 1;      ///< 1 is shaded like a tube, 0 like a board.
+  cv::Vec3f colour;      ///< Blue green red, 0 to 255, in full light.
+  double light = 1;      ///< Factor on the light that falls on it.
+  double roundness = 1;  ///< 1 is shaded like a tube, 0 like a board.
 };
 
 /// A drawing surface over part of a picture.

@@ -142,8 +142,11 @@ Move make_side_kicks(const ScriptOptions&, const Style& style) {
   }
   const Pose ready = guard(20, 28, 42, -6);
   const Path out({{0, middle}, {0.5, ready}});
-  const Path kick({{0, ready}, {0.3, guard(48, 50, 96, -16)}, {0.55, guard(76, 6, 4, -38)},
-                   {0.8, guard(42, 0, 8, -16)}, {1, ready}});
+  const Path kick({{0, ready},
+                   {0.3, guard(48, 50, 96, -16)},
+                   {0.55, guard(76, 6, 4, -38)},
+                   {0.8, guard(42, 0, 8, -16)},
+                   {1, ready}});
   return [=](double t) {
     const double s = phase_of(t, 6) * 6;
     const double half = s < 3 ? s : s - 3;
@@ -186,8 +189,10 @@ std::vector<ScriptEntry> everyday_scripts() {
   auto& walking = add("walking", "on the spot: A -> A* and A* -> A, one way each", 9.6, Symmetry::kNever, make_walking);
   walking.period = 1.2;
   walking.mirror_shift = 0.6;
-  add("limp", "on the spot: A with a one-way loop, never its mirror image", 9.8, Symmetry::kNever, make_limp).period = 1.4;
-  auto& kicks = add("side-kicks", "A <-> Xbar <-> A*, with loops aa and (aa)*", 12, Symmetry::kSometimes, make_side_kicks);
+  add("limp", "on the spot: A with a one-way loop, never its mirror image", 9.8, Symmetry::kNever, make_limp).period =
+      1.4;
+  auto& kicks =
+      add("side-kicks", "A <-> Xbar <-> A*, with loops aa and (aa)*", 12, Symmetry::kSometimes, make_side_kicks);
   kicks.period = 6;
   kicks.mirror_shift = 3;
   kicks.mirror_turn = 3;

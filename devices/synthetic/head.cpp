@@ -8,12 +8,12 @@ namespace choreo::devices::synthetic {
 namespace {
 
 // From chin (0) to crown (1), in units of the body's height: a jaw, cheeks a tenth wide, a round skull.
-const Profile kFace = {{0, 0.004}, {0.015, 0.0125}, {0.05, 0.0205}, {0.12, 0.0300}, {0.22, 0.0385}, {0.34, 0.0445},
-                       {0.48, 0.0480}, {0.62, 0.0485}, {0.75, 0.0455}, {0.86, 0.0380}, {0.94, 0.0265}, {0.98, 0.0160},
-                       {1, 0.002}};
-const Profile kCap = {{0, 0.0465}, {0.3, 0.0512}, {0.55, 0.0500}, {0.75, 0.0435}, {0.88, 0.0330}, {0.95, 0.0225},
-                      {0.985, 0.0130}, {1, 0.002}};
-const Profile kBob = {{0, 0.045},     {0.1, 0.0575},  {0.3, 0.0590},  {0.6, 0.0555},  {0.78, 0.0470},
+const Profile kFace = {{0, 0.004},     {0.015, 0.0125}, {0.05, 0.0205}, {0.12, 0.0300}, {0.22, 0.0385},
+                       {0.34, 0.0445}, {0.48, 0.0480},  {0.62, 0.0485}, {0.75, 0.0455}, {0.86, 0.0380},
+                       {0.94, 0.0265}, {0.98, 0.0160},  {1, 0.002}};
+const Profile kCap = {{0, 0.0465},    {0.3, 0.0512},  {0.55, 0.0500},  {0.75, 0.0435},
+                      {0.88, 0.0330}, {0.95, 0.0225}, {0.985, 0.0130}, {1, 0.002}};
+const Profile kBob = {{0, 0.045},     {0.1, 0.0575},  {0.3, 0.0590},  {0.6, 0.0555}, {0.78, 0.0470},
                       {0.90, 0.0340}, {0.96, 0.0230}, {0.99, 0.0120}, {1.0, 0.002}};
 const Profile kBall = {{0, 0.010}, {0.1, 0.017}, {0.3, 0.0235}, {0.5, 0.025}, {0.7, 0.0235}, {0.9, 0.017}, {1, 0.010}};
 const Profile kEar = {{0, 0.0045}, {0.5, 0.0085}, {1, 0.0055}};
@@ -24,8 +24,15 @@ bool inside(double x, double y, double centre_x, double centre_y, double half_wi
   return u * u + v * v <= 1;
 }
 
+// 1 at the centre of an ellipse, 0 at its edge and outside.
+double nearness(double x, double y, double centre_x, double centre_y, double half_width, double half_height) {
+  const double u = (x - centre_x) / half_width;
+  const double v = (y - centre_y) / half_height;
+  return std::max(0.0, 1 - u * u - v * v);
+}
+
 cv::Vec3f mixed_colour(const cv::Vec3f& a, const cv::Vec3f& b, double share) {
-  const auto s = static_cast<float>(share);
+  const auto s = static_cast<float>(std::min(share, 1.0));
   return a * (1 - s) + b * s;
 }
 
@@ -34,17 +41,22 @@ struct FacePaint {
   explicit FacePaint(const Look& look)
       : skin(look.skin),
         hair(look.hair),
-        white(mixed_colour(look.skin, {236, 240, 242}, 0.82)),
         iris(mixed_colour(look.hair, {24, 20, 18}, 0.6)),
-        brow(mixed_colour(look.skin, mixed_colour(look.hair, {20, 18, 18}, 0.4), 0.85)),
-        lid(mixed_colour(look.skin, {22, 18, 20}, 0.8)),
+        brow(mixed_colour(look.skin, mixed_colour(look.hair, {20, 18, 18}, 0.6), 0.88)),
+        lid(mixed_colour(look.skin, {16, 14, 16}, 0.85)),
         lips(mixed_colour(look.skin, {72, 62, 168}, 0.50)),
-        mouth(mixed_colour(look.skin, {40, 26, 84}, 0.75)),
-        cheek(mixed_colour(look.skin, {110, 104, 222}, 0.09)),
-        socket(look.skin * 0.86F),
-        shadow(look.skin * 0.76F),
-        bridge(mixed_colour(look.skin, {255, 255, 255}, 0.14)) {}
-  cv::Vec3f skin, hair, white, iris, brow, lid, lips, mouth, cheek, socket, shadow, bridge;
+        mouth(mixed_colour(look.skin, {34, 22, 70}, 0.8)) {
+    // Dark skin shows its relief by highlights where light skin shows it by shadows.
+    const double dark = 1 - (0.114 * skin[0] + 0.587 * skin[1] + 0.299 * skin[2]) / 255;
+    white = mixed_colour(skin, {236, 240, 242}, 0.86 - 0.45 * dark);
+    const cv::Vec3f lit = skin * 2.0F;  // of the skin's own hue
+    cheek = mixed_colour(mixed_colour(skin, {110, 104, 222}, 0.09), lit, 0.42 * dark * dark);
+    bridge = mixed_colour(mixed_colour(skin, {235, 242, 250}, 0.12), lit, 0.35 * dark * dark);
+    brightened = mixed_colour(skin, lit, 0.35 * dark * dark);
+    socket = skin * static_cast<float>(0.86 - 0.16 * dark);
+    shadow = skin * 0.74F;
+  }
+  cv::Vec3f skin, hair, white, iris, brow, lid, lips, mouth, cheek, socket, shadow, bridge, brightened;
 };
 
 // The face's colour at x (signed, positive to the performer's left) and y (from the head's middle, up), in units of
@@ -68,10 +80,11 @@ cv::Vec3f face_colour(const FacePaint& p, double x, double y) {
   if (inside(x, y, 0, -0.0195, 0.0095, 0.0022)) return p.shadow;
   if (inside(x, y, 0, -0.0130, 0.0062, 0.0070)) return p.bridge;
   if (ax < 0.0032 && y > -0.014 && y < 0.016) return p.bridge;
-  if (inside(ax, y, 0.0195, 0.0085, 0.0150, 0.0120)) return p.socket;
-  if (inside(ax, y, 0.0265, -0.0170, 0.0110, 0.0085)) return p.cheek;
   if (inside(x, y, 0, -0.0415, 0.0085, 0.0018)) return p.shadow;
-  return p.skin;
+  // The face's relief, without edges.
+  auto colour = mixed_colour(p.skin, p.socket, 1.4 * nearness(ax, y, 0.0195, 0.0085, 0.0175, 0.0145));
+  colour = mixed_colour(colour, p.cheek, 1.2 * nearness(ax, y, 0.0240, -0.0150, 0.0190, 0.0150));
+  return mixed_colour(colour, p.brightened, 1.2 * nearness(x, y, 0, 0.0300, 0.0290, 0.0130));
 }
 
 }  // namespace
@@ -82,7 +95,9 @@ void draw_head(Brush& brush, cv::Point2d chin, cv::Point2d crown, const Eigen::M
   const cv::Point2d up = crown - chin;
   const double yaw = std::atan2(axes(0, 2), axes(2, 2));
   const cv::Point2d right(-up.y / unit, up.x / unit);  // of the picture, one head high, in units of the height
-  const auto place = [&](double share, double aside) { return chin + share * up + right * (aside / kHeadHeight) * unit; };
+  const auto place = [&](double share, double aside) {
+    return chin + share * up + right * (aside / kHeadHeight) * unit;
+  };
   const FacePaint paint(look);
 
   // The back of the hair; a knot sits on the crown's far side and shows above it.
@@ -106,8 +121,8 @@ void draw_head(Brush& brush, cv::Point2d chin, cv::Point2d crown, const Eigen::M
   const Stroke skull{place(0, 0), place(0.985, 0), &kFace, unit, false, false, look.skin};
   const cv::Point2d across = right * (1 / std::max(1e-9, std::hypot(right.x, right.y)));
   brush.draw(skull, [&](double s, double share) {
-    // The stroke's side points to the picture's left when it runs upwards; longitude is counted to the performer's left.
-    const double lateral = std::clamp(-s, -1.0, 1.0);
+    // The side of a stroke that runs upwards is the picture's right; longitude is counted to the performer's left.
+    const double lateral = std::clamp(s, -1.0, 1.0);
     const double longitude = std::asin(lateral) - yaw;
     const double y = (share * 0.985 - 0.5) * kHeadHeight;
     const double x = std::sin(longitude) * 0.0475;

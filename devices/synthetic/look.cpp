@@ -27,7 +27,7 @@ const std::array<Room, 6>& rooms() {
       {rgb(168, 184, 198), rgb(154, 171, 187), rgb(146, 131, 116)},  // pale blue
       {rgb(188, 186, 180), rgb(174, 172, 166), rgb(150, 130, 106)},  // stone
       {rgb(182, 178, 192), rgb(167, 163, 179), rgb(148, 132, 118)},  // lilac
-      {rgb(106, 120, 128), rgb(94, 108, 116), rgb(138, 122, 106)},   // slate
+      {rgb(78, 94, 104), rgb(172, 176, 174), rgb(150, 132, 112)},    // slate, light panelling
   }};
   return kRooms;
 }
@@ -39,9 +39,9 @@ struct Garment {
 
 const std::vector<Garment>& shirts() {
   static const std::vector<Garment> kShirts = {
-      {"red", rgb(178, 42, 46)},   {"blue", rgb(36, 66, 132)},   {"green", rgb(28, 98, 72)},
-      {"dark", rgb(44, 46, 56)},   {"orange", rgb(206, 92, 28)}, {"violet", rgb(96, 48, 112)},
-      {"petrol", rgb(16, 92, 108)}, {"berry", rgb(146, 32, 84)}, {"white", rgb(250, 248, 240)},
+      {"red", rgb(178, 42, 46)},     {"blue", rgb(36, 66, 132)},   {"green", rgb(28, 98, 72)},
+      {"dark", rgb(44, 46, 56)},     {"orange", rgb(206, 92, 28)}, {"violet", rgb(96, 48, 112)},
+      {"petrol", rgb(16, 92, 108)},  {"berry", rgb(146, 32, 84)},  {"white", rgb(250, 248, 240)},
       {"yellow", rgb(238, 190, 48)},
   };
   return kShirts;
@@ -142,7 +142,9 @@ Look choose_look(std::uint64_t seed, const std::string& build, const std::string
     }
     return best_colour != nullptr ? *best_colour : from.front();
   };
-  look.hair = choose(4, hairs(), {look.wall});
+  // Red and light brown hair go with light skin only.
+  const bool dark_skin = look.skin[2] < 170;
+  look.hair = choose(4, {hairs().begin(), hairs().begin() + (dark_skin ? 2 : 4)}, {look.wall});
   look.shoes = rgb(38, 34, 36);
   look.trousers = choose(5, trousers(), {look.wall, look.panel, look.floor});
   if (clothes == "wall") {

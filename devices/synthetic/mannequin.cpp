@@ -16,8 +16,8 @@ using body::kRight;
 using Eigen::Vector3d;
 
 // Half thicknesses in units of the body's height along each part, from the trunk outwards.
-const Profile kForearm = {{0, 0.0215}, {0.18, 0.0245}, {0.40, 0.0205}, {0.58, 0.0155}, {0.66, 0.0170}, {0.76, 0.0225},
-                          {0.86, 0.0210}, {0.94, 0.0165}, {1, 0.0095}};
+const Profile kForearm = {{0, 0.0215},    {0.18, 0.0245}, {0.40, 0.0205}, {0.58, 0.0155}, {0.66, 0.0170},
+                          {0.76, 0.0225}, {0.86, 0.0210}, {0.94, 0.0165}, {1, 0.0095}};
 const Profile kCrease = {{0, 0.0004}, {1, 0.0011}};
 const Profile kThumb = {{0, 0.0085}, {0.5, 0.0080}, {1, 0.0060}};
 const Profile kSleeve = {{0, 0.0310}, {0.45, 0.0305}, {1, 0.0285}};
@@ -25,16 +25,21 @@ const Profile kShoulder = {{0, 0.0140}, {0.5, 0.0240}, {0.8, 0.0295}, {1, 0.0300
 const Profile kThigh = {{0, 0.0500}, {0.25, 0.0485}, {0.7, 0.0385}, {1, 0.0350}};
 const Profile kShank = {{0, 0.0350}, {0.3, 0.0355}, {0.7, 0.0285}, {1, 0.0270}};
 const Profile kShoe = {{0, 0.0200}, {0.45, 0.0225}, {0.8, 0.0230}, {1, 0.0180}};
-const Profile kPelvis = {{0, 0.0780}, {0.35, 0.0900}, {1, 0.0790}};
+const Profile kPelvis = {{0, 0.0480}, {0.20, 0.0760}, {0.45, 0.0890}, {1, 0.0790}};
 const Profile kSkirt = {{0, 0.0930}, {0.5, 0.0870}, {1, 0.0790}};
-const Profile kChest = {{0, 0.0790}, {0.25, 0.0820}, {0.55, 0.0955}, {0.75, 0.1040}, {0.85, 0.0985}, {0.92, 0.0640}, {1, 0.0320}};
+const Profile kChest = {{0, 0.0790},    {0.25, 0.0820}, {0.55, 0.0955}, {0.75, 0.1040},
+                        {0.85, 0.0985}, {0.92, 0.0640}, {1, 0.0320}};
 const Profile kNeck = {{0, 0.0330}, {0.4, 0.0270}, {1, 0.0270}};
 const Profile kCollar = {{0, 0.0050}, {0.5, 0.0190}, {1, 0.0268}};
 
 class Figure {
  public:
   Figure(Brush& brush, const body::Pose& pose, const Look& look, const Stage& stage, cv::Point2d shift)
-      : brush_(brush), s_(body::skeleton_of(pose)), look_(look), stage_(stage), shift_(shift),
+      : brush_(brush),
+        s_(body::skeleton_of(pose)),
+        look_(look),
+        stage_(stage),
+        shift_(shift),
         scale_(body::scale_of(look.build)) {}
 
   [[nodiscard]] cv::Rect box() const {
@@ -54,8 +59,9 @@ class Figure {
     }
     take(s_.crown);
     const double margin = 0.08 * stage_.unit + 2;  // no part is thicker beyond its joints
-    const cv::Rect wanted(cv::Point(static_cast<int>(std::floor(left - margin)), static_cast<int>(std::floor(top - margin))),
-                          cv::Point(static_cast<int>(std::ceil(right + margin)), static_cast<int>(std::ceil(bottom + margin))));
+    const cv::Rect wanted(
+        cv::Point(static_cast<int>(std::floor(left - margin)), static_cast<int>(std::floor(top - margin))),
+        cv::Point(static_cast<int>(std::ceil(right + margin)), static_cast<int>(std::ceil(bottom + margin))));
     return wanted & cv::Rect(0, 0, stage_.size.width, stage_.size.height);
   }
 
@@ -117,13 +123,14 @@ class Figure {
     const Vector3d up = s_.chest_axes.col(1);
     const double middle = s_.pelvis.z();
     part(middle - 0.065, [=, this] {
-      limb(s_.pelvis - s_.pelvis_axes.col(1) * 0.03, s_.waist, kPelvis, hips, look_.trousers, Ends::kCutSecond);
+      limb(s_.pelvis - s_.pelvis_axes.col(1) * 0.044, s_.waist, kPelvis, hips, look_.trousers, Ends::kCutBoth);
     });
     part(middle - 0.003, [=, this] {
       limb(s_.neck - up * 0.02, s_.skull - s_.head_axes.col(1) * 0.035, kNeck, 1, look_.skin, Ends::kRound, 0.84);
     });
     part(middle + 0.010, [=, this] {
-      limb(s_.pelvis + s_.pelvis_axes.col(1) * 0.012, s_.waist + up * 0.01, kSkirt, hips, look_.shirt, Ends::kCutFirst, 1, 0.9);
+      limb(s_.pelvis + s_.pelvis_axes.col(1) * 0.012, s_.waist + up * 0.01, kSkirt, hips, look_.shirt, Ends::kCutFirst,
+           1, 0.9);
       limb(s_.waist, s_.neck + up * 0.026, kChest, chest, look_.shirt, Ends::kCutBoth, 1, 0.9);
       for (const auto side : {kLeft, kRight}) {
         shoulder(side);
@@ -131,7 +138,7 @@ class Figure {
       // An open collar, seen from the front only.
       if (s_.chest_axes(2, 2) > 0.3) {
         const Vector3d front = s_.chest_axes.col(2) * 0.06;
-        limb(s_.neck - up * 0.026 + front, s_.neck + up * 0.026 + front, kCollar, s_.chest_axes(2, 2), look_.skin,
+        limb(s_.neck - up * 0.026 + front, s_.neck + up * 0.055 + front, kCollar, s_.chest_axes(2, 2), look_.skin,
              Ends::kCutSecond, 0.86);
       }
     });
@@ -158,7 +165,8 @@ class Figure {
     const Vector3d arm = (s_.elbow[side] - s_.shoulder[side]).normalized();
     const double hanging = -arm.dot(s_.chest_axes.col(1));
     const double sign = side == kLeft ? 1 : -1;
-    return s_.shoulder[side] + s_.chest_axes * Vector3d(-sign * (0.012 + 0.010 * std::abs(hanging)), -0.010 * hanging - 0.006, 0);
+    return s_.shoulder[side] +
+           s_.chest_axes * Vector3d(-sign * (0.012 + 0.010 * std::abs(hanging)), -0.010 * hanging - 0.006, 0);
   }
 
   void plan_arm(body::Side side) {
@@ -171,7 +179,8 @@ class Figure {
       limb(s_.elbow[side], s_.fingertip[side], kForearm, 1, look_.skin);
       fingers(side);
       const Vector3d shoulder = drawn_shoulder(side);
-      limb(shoulder, s_.elbow[side] + (s_.elbow[side] - shoulder) * 0.02, kSleeve, scale_.limb, look_.shirt, Ends::kHem, 1, 0.75);
+      limb(shoulder, s_.elbow[side] + (s_.elbow[side] - shoulder) * 0.02, kSleeve, scale_.limb, look_.shirt, Ends::kHem,
+           1, 0.75);
     });
   }
 
@@ -181,8 +190,8 @@ class Figure {
     const cv::Point2d hand = at(s_.fingertip[side]) - wrist;
     const cv::Point2d aside(-hand.y, hand.x);
     for (const double finger : {-1.0, 0.0, 1.0}) {
-      brush_.draw({wrist + 0.62 * hand + aside * (0.100 * finger), wrist + 0.94 * hand + aside * (0.075 * finger), &kCrease,
-                   stage_.unit, true, true, look_.skin, 0.78});
+      brush_.draw({wrist + 0.62 * hand + aside * (0.100 * finger), wrist + 0.94 * hand + aside * (0.075 * finger),
+                   &kCrease, stage_.unit, true, true, look_.skin, 0.78});
     }
   }
 
@@ -230,8 +239,8 @@ bool draw_figure(Brush& brush, const body::Pose& pose, const Look& look, const S
 }
 
 FloorShadow::FloorShadow(const body::Pose& pose, const Stage& stage, cv::Point2d shift) {
-  constexpr double kDepth = 9;      // grey levels under a foot on the floor
-  constexpr double kFades = 0.14;   // height in units of H at which a foot casts none
+  constexpr double kDepth = 9;     // grey levels under a foot on the floor
+  constexpr double kFades = 0.14;  // height in units of H at which a foot casts none
   constexpr double kFloorTop = 0.05;
   const auto s = body::skeleton_of(pose);
   double top = stage.size.height;

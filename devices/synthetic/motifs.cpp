@@ -63,9 +63,8 @@ Move make_path_repetition(const ScriptOptions&, const Style& style) {
                    {1.6, with_hand_on_hip(figure_of(style, 0, 155, 0, 8, 12, 0.04), kLeft)},
                    {2.5, end}});
   const Path before({{0, figure_of(style, 10, 70, 10, 90)}, {1, start}});
-  const Path back({{0, end},
-                   {1.2, with_knee_up(figure_of(style, 70, 100, 10, 20, 15, 0.05), kRight, 60)},
-                   {2.5, start}});
+  const Path back(
+      {{0, end}, {1.2, with_knee_up(figure_of(style, 70, 100, 10, 20, 15, 0.05), kRight, 60)}, {2.5, start}});
   const Path after({{0, end}, {1.5, figure_of(style, 95, 20, 8, 8, 16, 0.05)}});
   return [=](double t) {
     if (t < 1) return body::grounded(before.at(t));
@@ -165,8 +164,8 @@ Move make_anti_palindrome(const ScriptOptions&, const Style& style) {
 // The arm falls ever faster, bounces off what it hits the way it came, and is taken up again by a longer way.
 Move make_strike(const ScriptOptions&, const Style& style) {
   const auto at_height = [style](double height) {
-    Pose pose = with_hand_on_hip(figure_of(style, 0, 40 + 122 * height, 0, 20 - 14 * height, -14 + 26 * height,
-                                           0.05 * (height - 0.5)), kLeft);
+    Pose pose = with_hand_on_hip(
+        figure_of(style, 0, 40 + 122 * height, 0, 20 - 14 * height, -14 + 26 * height, 0.05 * (height - 0.5)), kLeft);
     return pose;
   };
   const Path again({{0, at_height(1)},
@@ -206,7 +205,8 @@ std::vector<ScriptEntry> motif_scripts() {
       add(named("path-repetition", "a phrase of 2.5 s, danced twice", 10, Symmetry::kSometimes), make_path_repetition);
   repetition.repeated = {1, 6};
   repetition.length = 2.5;
-  auto& palindrome = add(named("palindrome", "a phrase of 4 s and back again", 8, Symmetry::kSometimes), make_palindrome);
+  auto& palindrome =
+      add(named("palindrome", "a phrase of 4 s and back again", 8, Symmetry::kSometimes), make_palindrome);
   palindrome.turn = 4;
   palindrome.reach = 4;
   add(named("symmetric-path", "symmetric poses, none twice", 8, Symmetry::kAlways), make_symmetric_path);
@@ -214,8 +214,8 @@ std::vector<ScriptEntry> motif_scripts() {
       .mirrored = {2, 6};
   add(named("symmetric-cycle", "a symmetric loop, one way", 10, Symmetry::kAlways), make_symmetric_cycle).period = 2;
   add(named("asymmetric-cycle", "an asymmetric loop, one way", 10, Symmetry::kNever), make_asymmetric_cycle).period = 2;
-  auto& squats =
-      add(named("symmetric-palindrome", "a symmetric path to and fro", 10, Symmetry::kAlways), make_symmetric_palindrome);
+  auto& squats = add(named("symmetric-palindrome", "a symmetric path to and fro", 10, Symmetry::kAlways),
+                     make_symmetric_palindrome);
   squats.period = 2;
   squats.turn = squats.reach = 1;
   auto& waving = add(named("asymmetric-palindrome", "an asymmetric path to and fro", 9.6, Symmetry::kNever),
@@ -226,8 +226,9 @@ std::vector<ScriptEntry> motif_scripts() {
       add(named("anti-phase", "the mirror image half a period later, one way", 10, Symmetry::kNever), make_anti_phase);
   anti_phase.period = 2;
   anti_phase.mirror_shift = 1;
-  auto& anti_palindrome = add(named("anti-palindrome", "to the mirror image and back through a symmetric pose", 10,
-                                    Symmetry::kSometimes), make_anti_palindrome);
+  auto& anti_palindrome =
+      add(named("anti-palindrome", "to the mirror image and back through a symmetric pose", 10, Symmetry::kSometimes),
+          make_anti_palindrome);
   anti_palindrome.period = 2;
   anti_palindrome.mirror_shift = 1;
   anti_palindrome.turn = anti_palindrome.reach = 1;

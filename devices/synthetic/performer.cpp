@@ -161,7 +161,8 @@ struct Performer::Film {
         continue;
       }
       const auto place = mixed(settings.seed, static_cast<std::uint64_t>(index), static_cast<std::uint64_t>(y),
-                               static_cast<std::uint64_t>(run)) >> (64 - kTableBits);
+                               static_cast<std::uint64_t>(run)) >>
+                         (64 - kTableBits);
       const short* from = noise.data() + place;
       const int* level = row.data() + start;
       unsigned char* to = out + start;

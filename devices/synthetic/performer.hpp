@@ -42,9 +42,9 @@ struct PerformerSettings {
 
 /// One frame and the truth about it.
 struct Performance {
-  cv::Mat bgr;         ///< CV_8UC3.
-  cv::Mat mask;        ///< CV_8UC1, 255 where the body covers at least half the pixel, else 0.
-  body::Pose pose;     ///< Standing where nobody is in the room.
+  cv::Mat bgr;           ///< CV_8UC3.
+  cv::Mat mask;          ///< CV_8UC1, 255 where the body covers at least half the pixel, else 0.
+  body::Pose pose;       ///< Standing where nobody is in the room.
   bool present = false;  ///< Some pixel of the mask is set.
   Nanoseconds time{0};   ///< From the first frame.
   std::vector<std::pair<std::string, double>> angles;  ///< Root in units of H, joints in degrees; empty if not present.

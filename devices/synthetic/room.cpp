@@ -78,9 +78,10 @@ class Painter {
     // Boards run towards the viewer and spread from a point at the height of the eyes.
     for (int i = -40; i <= 40; ++i) {
       const double x = (i + 0.5) * 0.17;
-      const double spread = 1.75;
-      cv::line(ground, {column(x), 0}, {column(x * spread), row(-0.40) - top}, shade(look_.floor, 0.90), thin(),
-               cv::LINE_AA);
+      constexpr double kDepth = 2.2;  // below the wall's foot: beyond any picture's edge
+      constexpr double kSpread = 1 + 1.67 * kDepth;
+      cv::line(ground, {column(x), 0}, {column(x * kSpread), row(0.05 - kDepth) - top}, shade(look_.floor, 0.90),
+               thin(), cv::LINE_AA);
     }
     cv::rectangle(ground, cv::Rect(0, 0, ground.cols, thin()), shade(look_.floor, 0.72), cv::FILLED);
   }

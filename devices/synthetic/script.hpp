@@ -25,15 +25,15 @@ enum class Symmetry {
 /// script's beginning. Absent where it does not hold. All are whole numbers of frames at 30 a second.
 struct ScriptFacts {
   std::string name;
-  std::string summary;                 ///< One line.
-  double duration = 10;                ///< Natural length in seconds.
+  std::string summary;   ///< One line.
+  double duration = 10;  ///< Natural length in seconds.
   Symmetry symmetry = Symmetry::kSometimes;
-  bool still = false;                  ///< p never changes.
-  std::optional<double> period;        ///< p(t + period) = p(t).
-  std::optional<double> mirror_shift;  ///< p(t + mirror_shift) = p(t)*.
-  std::optional<double> turn;          ///< p(turn - s) = p(turn + s) for s up to `reach`.
-  std::optional<double> mirror_turn;   ///< p(mirror_turn - s) = p(mirror_turn + s)* for s up to `reach`.
-  double reach = 0;                    ///< See turn and mirror_turn.
+  bool still = false;                                 ///< p never changes.
+  std::optional<double> period;                       ///< p(t + period) = p(t).
+  std::optional<double> mirror_shift;                 ///< p(t + mirror_shift) = p(t)*.
+  std::optional<double> turn;                         ///< p(turn - s) = p(turn + s) for s up to `reach`.
+  std::optional<double> mirror_turn;                  ///< p(mirror_turn - s) = p(mirror_turn + s)* for s up to `reach`.
+  double reach = 0;                                   ///< See turn and mirror_turn.
   std::optional<std::pair<double, double>> same;      ///< p is the same at both times and elsewhere in between.
   std::optional<std::pair<double, double>> mirrored;  ///< p is the other's mirror image, and neither is symmetric.
   std::optional<std::pair<double, double>> repeated;  ///< Paths: p(first + s) = p(second + s) for s up to `length`.
@@ -42,10 +42,10 @@ struct ScriptFacts {
 
 /// What a script may depend on.
 struct ScriptOptions {
-  std::uint64_t seed = 1;         ///< Of the movement style, and of what `idle` improvises.
+  std::uint64_t seed = 1;                           ///< Of the movement style, and of what `idle` improvises.
   std::string text = "ABCDEFGHIJKLMNOPQRSTUVWXYZ";  ///< What `semaphore` says.
-  double letters_per_minute = 12; ///< How fast.
-  double half_width = 0.9;        ///< Half the picture's width in units of the body's height, for `crossing`.
+  double letters_per_minute = 12;                   ///< How fast.
+  double half_width = 0.9;  ///< Half the picture's width in units of the body's height, for `crossing`.
 };
 
 /// How somebody moves: small differences between people that leave every fact of a script true.

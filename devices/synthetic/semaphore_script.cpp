@@ -44,8 +44,8 @@ std::vector<SpelledSign> spelled(std::string_view text, double letters_per_minut
     } else if (c == ' ') {
       begin += slot / 2;
     } else {
-      throw usage_error(fmt::format("semaphore cannot say the character with code {}", static_cast<unsigned char>(c)), {},
-                        "text is letters, digits, spaces, # (NUMERALS) and ! (CANCEL)");
+      throw usage_error(fmt::format("semaphore cannot say the character with code {}", static_cast<unsigned char>(c)),
+                        {}, "text is letters, digits, spaces, # (NUMERALS) and ! (CANCEL)");
     }
     if (signs.size() > kMost) throw usage_error(fmt::format("the text is longer than {} signs", kMost));
   }

@@ -22,7 +22,8 @@ double wander(std::uint64_t seed, std::uint64_t channel, double t, double step) 
   const double a = at(k), b = at(k + 1), c = at(k + 2), d = at(k + 3);
   // A uniform cubic B-spline: smoother than its knots, never beyond them.
   return ((1 - s) * (1 - s) * (1 - s) * a + (3 * s * s * s - 6 * s * s + 4) * b +
-          (-3 * s * s * s + 3 * s * s + 3 * s + 1) * c + s * s * s * d) / 6;
+          (-3 * s * s * s + 3 * s * s + 3 * s + 1) * c + s * s * s * d) /
+         6;
 }
 
 }  // namespace
@@ -51,9 +52,9 @@ Move make_idle(const ScriptOptions& options, const Style& style) {
 }
 
 Move make_crossing(const ScriptOptions& options, const Style& style) {
-  constexpr double kOnce = 6;      // seconds from side to side
-  constexpr double kOutside = 0.5; // units of H beyond the picture's edge
-  constexpr double kStride = 0.86; // two steps, in units of H
+  constexpr double kOnce = 6;       // seconds from side to side
+  constexpr double kOutside = 0.5;  // units of H beyond the picture's edge
+  constexpr double kStride = 0.86;  // two steps, in units of H
   const double way = options.half_width + kOutside;
   // Half a stride is left over, so that the way back begins on the other foot and mirrors the way there.
   const double strides = std::max(1.0, std::round(2 * way / kStride)) + 0.5;

@@ -6,6 +6,11 @@
 
 namespace choreo::body {
 
+// Found by argument; these keep the namespace choreo::similarity from hiding the functions, whatever is included first.
+void mirrored() = delete;
+void similarity() = delete;
+void mirror_similarity() = delete;
+
 /// A body state Psi with its mirror image Psi* and the two similarities Z and Z*, both in [0, 1].
 ///
 /// Z(a,a) = 1, Z(a,b) = Z(b,a), Z*(a,b) = Z*(b,a), mirroring twice is the identity, and Z*(a,a) = 1 for a

@@ -124,8 +124,8 @@ Pose grounded(const Pose& pose, double above) {
 
 Skeleton skeleton_of(const Pose& pose) {
   using namespace vitruvian;
-  constexpr double kToeOut = 12;         // degrees, as people stand
-  constexpr double kHeelShare = 0.3;     // of the foot behind the ankle
+  constexpr double kToeOut = 12;      // degrees, as people stand
+  constexpr double kHeelShare = 0.3;  // of the foot behind the ankle
   const Vector3d down = -Vector3d::UnitY();
   Skeleton s;
   s.pelvis = pose.root + Vector3d(0, kHipHeight, 0);
@@ -148,8 +148,7 @@ Skeleton skeleton_of(const Pose& pose) {
     s.fingertip[side] = s.elbow[side] + s.forearm_axes[side] * down * kForearm;
 
     const auto& leg = pose.leg[side];
-    s.thigh_axes[side] =
-        s.pelvis_axes * turn_z(sign * leg.abduction) * turn_x(-leg.flexion) * turn_y(sign * leg.twist);
+    s.thigh_axes[side] = s.pelvis_axes * turn_z(sign * leg.abduction) * turn_x(-leg.flexion) * turn_y(sign * leg.twist);
     s.shank_axes[side] = s.thigh_axes[side] * turn_x(leg.knee);
     s.foot_axes[side] = s.shank_axes[side] * turn_x(leg.ankle) * turn_y(sign * kToeOut);
     s.hip[side] = s.pelvis + s.pelvis_axes * Vector3d(sign * kHipHalf, 0, 0);
@@ -163,9 +162,12 @@ Skeleton skeleton_of(const Pose& pose) {
 
 BuildScale scale_of(Build build) {
   switch (build) {
-    case Build::kSlender: return {0.86, 0.88};
-    case Build::kMedium: return {1.0, 1.0};
-    case Build::kStout: return {1.28, 1.15};
+    case Build::kSlender:
+      return {0.86, 0.88};
+    case Build::kMedium:
+      return {1.0, 1.0};
+    case Build::kStout:
+      return {1.28, 1.15};
   }
   return {};
 }
@@ -179,8 +181,8 @@ std::vector<Ellipsoid> ellipsoids_of(const Pose& pose, Build build) {
   constexpr double kSole = 0.02;  // the foot's ellipsoid runs this far above its sole
   std::vector<Ellipsoid> parts;
   parts.push_back({"head", s.skull, s.head_axes, {kFaceWidth / 2, kHeadHeight / 2, kFaceWidth / 2}});
-  parts.push_back(between("neck", s.neck - s.head_axes.col(1) * 0.02, s.skull - s.head_axes.col(1) * 0.03,
-                          chest_forward, 0.028));
+  parts.push_back(
+      between("neck", s.neck - s.head_axes.col(1) * 0.02, s.skull - s.head_axes.col(1) * 0.03, chest_forward, 0.028));
   parts.push_back(between("chest", s.waist - s.chest_axes.col(1) * 0.03, s.neck + s.chest_axes.col(1) * 0.02,
                           chest_forward, 0.098 * scale.trunk));
   parts.push_back(between("pelvis", s.pelvis - s.pelvis_axes.col(1) * 0.06, s.waist + s.pelvis_axes.col(1) * 0.06,

@@ -18,23 +18,24 @@ namespace choreo::body {
 /// Lengths in units of H. Face, head, upper arm, forearm with hand as in docs/mathematics (particles); the rest is
 /// Vitruvius, De architectura III.1, and Leonardo's note to his drawing of it.
 namespace vitruvian {
-inline constexpr double kFaceWidth = 1.0 / 10;      ///< Also the face's height, chin to hairline [Vitruvius].
-inline constexpr double kHeadHeight = 1.0 / 8;      ///< Chin to crown [Vitruvius].
-inline constexpr double kUpperArm = 1.0 / 8;        ///< Shoulder to elbow [Leonardo: elbow to armpit].
-inline constexpr double kForearm = 1.0 / 4;         ///< The cubit: elbow to finger tip [Vitruvius].
-inline constexpr double kForearmWidth = 1.0 / 20;   ///< Of the forearm with its hand.
-inline constexpr double kHand = 1.0 / 10;           ///< Wrist to tip of the middle finger [Vitruvius].
-inline constexpr double kShoulderHalf = 1.0 / 8;    ///< Shoulders a quarter wide [Leonardo]; so the arms span H.
-inline constexpr double kFoot = 1.0 / 6;            ///< Heel to toe [Vitruvius].
-inline constexpr double kNeckPit = 1.0 - 1.0 / 40 - 1.0 / 6;  ///< Top of the breast, 1/6 below the hairline [Vitruvius].
+inline constexpr double kFaceWidth = 1.0 / 10;     ///< Also the face's height, chin to hairline [Vitruvius].
+inline constexpr double kHeadHeight = 1.0 / 8;     ///< Chin to crown [Vitruvius].
+inline constexpr double kUpperArm = 1.0 / 8;       ///< Shoulder to elbow [Leonardo: elbow to armpit].
+inline constexpr double kForearm = 1.0 / 4;        ///< The cubit: elbow to finger tip [Vitruvius].
+inline constexpr double kForearmWidth = 1.0 / 20;  ///< Of the forearm with its hand.
+inline constexpr double kHand = 1.0 / 10;          ///< Wrist to tip of the middle finger [Vitruvius].
+inline constexpr double kShoulderHalf = 1.0 / 8;   ///< Shoulders a quarter wide [Leonardo]; so the arms span H.
+inline constexpr double kFoot = 1.0 / 6;           ///< Heel to toe [Vitruvius].
+inline constexpr double kNeckPit =
+    1.0 - 1.0 / 40 - 1.0 / 6;  ///< Top of the breast, 1/6 below the hairline [Vitruvius].
 inline constexpr double kShoulderHeight = kNeckPit;
-inline constexpr double kHipHeight = 0.52;          ///< Joint just above the groin, which is at H/2 [Leonardo].
-inline constexpr double kHipHalf = 0.05;            ///< Our choice.
-inline constexpr double kKneeHeight = 0.27;         ///< The knee's lower edge is at H/4 [Leonardo].
-inline constexpr double kAnkleHeight = 0.04;        ///< Our choice.
+inline constexpr double kHipHeight = 0.52;    ///< Joint just above the groin, which is at H/2 [Leonardo].
+inline constexpr double kHipHalf = 0.05;      ///< Our choice.
+inline constexpr double kKneeHeight = 0.27;   ///< The knee's lower edge is at H/4 [Leonardo].
+inline constexpr double kAnkleHeight = 0.04;  ///< Our choice.
 inline constexpr double kThigh = kHipHeight - kKneeHeight;
 inline constexpr double kShank = kKneeHeight - kAnkleHeight;
-inline constexpr double kWaistHeight = 0.60;        ///< The navel, where the trunk bends [Leonardo].
+inline constexpr double kWaistHeight = 0.60;  ///< The navel, where the trunk bends [Leonardo].
 }  // namespace vitruvian
 
 enum Side : std::size_t { kLeft = 0, kRight = 1 };  ///< The performer's own.
@@ -60,13 +61,13 @@ struct LegAngles {
 /// What the body does, as joint angles in degrees and the place of the pelvis in units of H.
 struct Pose {
   Eigen::Vector3d root = Eigen::Vector3d::Zero();  ///< Displacement of the pelvis from where it is in standing.
-  double heading = 0;      ///< About y; positive turns to the performer's left. 0 faces the viewer.
-  double trunk_lean = 0;   ///< Forward, at the waist.
-  double trunk_side = 0;   ///< Towards the performer's left.
-  double trunk_twist = 0;  ///< To the performer's left.
-  double neck_nod = 0;     ///< Forward.
-  double neck_side = 0;    ///< Towards the performer's left.
-  double neck_turn = 0;    ///< To the performer's left.
+  double heading = 0;            ///< About y; positive turns to the performer's left. 0 faces the viewer.
+  double trunk_lean = 0;         ///< Forward, at the waist.
+  double trunk_side = 0;         ///< Towards the performer's left.
+  double trunk_twist = 0;        ///< To the performer's left.
+  double neck_nod = 0;           ///< Forward.
+  double neck_side = 0;          ///< Towards the performer's left.
+  double neck_turn = 0;          ///< To the performer's left.
   std::array<ArmAngles, 2> arm;  ///< By Side.
   std::array<LegAngles, 2> leg;  ///< By Side.
 };
@@ -114,8 +115,8 @@ struct BuildScale {
 struct Ellipsoid {
   std::string_view part;  ///< "head", "chest", "left_forearm", ...
   Eigen::Vector3d centre;
-  Eigen::Matrix3d axes;   ///< Orthonormal; the second column runs along the limb.
-  Eigen::Vector3d half;   ///< Half lengths along the columns; half.x() == half.z() <= half.y().
+  Eigen::Matrix3d axes;  ///< Orthonormal; the second column runs along the limb.
+  Eigen::Vector3d half;  ///< Half lengths along the columns; half.x() == half.z() <= half.y().
 };
 
 /// The figure as 14 ellipsoids: head, neck, chest, pelvis, then upper arm, forearm (with hand), thigh, shank and foot,

@@ -70,19 +70,18 @@ void MaskState::set(int x, int y) {
 }
 
 MaskState mirrored(const MaskState& a) {
-  // The mirror image lies at -u; its centroid's remainder is -f, which 1/2 away from a whole pixel (f = -1/2) rounds
-  // to the next one: C moves by one and every relative coordinate with it.
+  // The mirror image lies at -u; its centroid's remainder is -f. Where that is 1/2 it would round to the next pixel:
+  // then the mirror stands half a pixel further to the left, C stays, and every relative coordinate is one less.
   MaskState m;
   m.area_ = a.area_;
   m.center_ = a.center_;
-  m.centroid_ = {2.0 * a.center_.x - a.centroid_.x, a.centroid_.y};
   m.remainder_x_ = -a.remainder_x_;
   int carry = 0;
   if (2 * m.remainder_x_ >= m.area_) {
     m.remainder_x_ -= m.area_;
-    m.center_.x += 1;
     carry = 1;
   }
+  m.centroid_ = {2.0 * a.center_.x - carry - a.centroid_.x, a.centroid_.y};
   m.box_ = cv::Rect(-(a.box_.x + a.box_.width - 1) - carry, a.box_.y, a.box_.width, a.box_.height);
   m.row_words_ = a.row_words_;
   m.words_.assign(a.words_.size(), 0);

@@ -23,10 +23,10 @@ class MaskState {
   /// @cost O(pixels), one allocation.
   explicit MaskState(const cv::Mat& mask);
 
-  [[nodiscard]] std::int64_t area() const { return area_; }              ///< Body pixels, M.
+  [[nodiscard]] std::int64_t area() const { return area_; }                ///< Body pixels, M.
   [[nodiscard]] std::int64_t remainder_x() const { return remainder_x_; }  ///< sum x - C_x M, in [-M/2, M/2).
   [[nodiscard]] cv::Rect box() const { return box_; }  ///< Smallest rectangle with all body pixels, relative to C.
-  [[nodiscard]] cv::Point center() const { return center_; }  ///< C, in pixels of the picture.
+  [[nodiscard]] cv::Point center() const { return center_; }        ///< C, in pixels of the picture.
   [[nodiscard]] cv::Point2d centroid() const { return centroid_; }  ///< c, in pixels of the picture.
 
   /// Whether the pixel at relative coordinates (x, y) is body; false everywhere outside `box()`.
@@ -52,7 +52,8 @@ class MaskState {
   std::vector<std::uint64_t> words_;
 };
 
-/// The silhouette seen in a mirror: what the camera would see of the mirrored body, up to where it stands.
+/// The silhouette seen in a mirror through its own center: what the camera would see of the mirrored body, up to where
+/// it stands. Twice gives the same state, center included.
 [[nodiscard]] MaskState mirrored(const MaskState& a);
 
 /// The whole-pixel shift between b and the mirror image of a: floor(f_a + f_b + 1/2) in {-1, 0, 1}, in integers.

@@ -9,11 +9,11 @@ namespace {
 
 // Name, left arm, right arm. Mirror partners of the table mirror each other arm by arm.
 constexpr std::array<SemaphoreSign, 29> kSigns = {{
-    {"A", 0, 1}, {"B", 0, 2}, {"C", 0, 3}, {"D", 0, 4}, {"E", 5, 0},        {"F", 6, 0},    {"G", 7, 0},
-    {"H", 1, 2}, {"I", 1, 3}, {"J", 6, 4}, {"K", 4, 1}, {"L", 5, 1},        {"M", 6, 1},    {"N", 7, 1},
-    {"O", 3, 2}, {"P", 4, 2}, {"Q", 5, 2}, {"R", 6, 2}, {"S", 7, 2},        {"T", 4, 3},    {"U", 5, 3},
-    {"V", 7, 4}, {"W", 6, 5}, {"X", 5, 7}, {"Y", 6, 3}, {"Z", 6, 7}, {"REST", 0, 0}, {"NUMERALS", 5, 4},
-    {"CANCEL", 7, 3},
+    {"A", 0, 1}, {"B", 0, 2}, {"C", 0, 3},    {"D", 0, 4},        {"E", 5, 0},      {"F", 6, 0},
+    {"G", 7, 0}, {"H", 1, 2}, {"I", 1, 3},    {"J", 6, 4},        {"K", 4, 1},      {"L", 5, 1},
+    {"M", 6, 1}, {"N", 7, 1}, {"O", 3, 2},    {"P", 4, 2},        {"Q", 5, 2},      {"R", 6, 2},
+    {"S", 7, 2}, {"T", 4, 3}, {"U", 5, 3},    {"V", 7, 4},        {"W", 6, 5},      {"X", 5, 7},
+    {"Y", 6, 3}, {"Z", 6, 7}, {"REST", 0, 0}, {"NUMERALS", 5, 4}, {"CANCEL", 7, 3},
 }};
 
 // Degrees of abduction that bring an arm to a position; beyond the body's middle the arm reaches across, in front.

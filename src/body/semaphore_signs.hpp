@@ -10,8 +10,8 @@
 
 namespace choreo::body {
 
-/// A sign: where each arm points. Positions count in steps of 45 degrees, 0 down, 1 to 3 on the signaller's right, 4 up,
-/// 5 to 7 on the left.
+/// A sign: where each arm points. Positions count in steps of 45 degrees, 0 down, 1 to 3 on the signaller's right, 4
+/// up, 5 to 7 on the left.
 struct SemaphoreSign {
   std::string_view name;  ///< "A" to "Z", "REST", "NUMERALS", "CANCEL".
   int left = 0;           ///< Position of the signaller's left arm, 0 to 7.

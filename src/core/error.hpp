@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "core/text.hpp"
+
 namespace choreo {
 
 /// Who can mend it, which is also the exit status of the program.
@@ -17,14 +19,15 @@ enum class Fault {
 /// The one exception for everything that a user or the world can cause.
 ///
 /// `what` is one line without a full stop that names the value in quotes, `where` is the file, file:line:column or
-/// option it came from (may be empty), `hint` is what would be right (may be empty). Bugs of our own are asserts.
+/// option it came from (may be empty), `hint` is what would be right (may be empty). Names that people gave may contain
+/// anything: all three are made `one_line`. Bugs of our own are asserts.
 class Error : public std::runtime_error {
  public:
-  Error(Fault fault, std::string what, std::string where = {}, std::string hint = {})
-      : std::runtime_error(where.empty() ? what : where + ": " + what),
+  Error(Fault fault, const std::string& what, const std::string& where = {}, const std::string& hint = {})
+      : std::runtime_error(one_line(where.empty() ? what : where + ": " + what)),
         fault_(fault),
-        where_(std::move(where)),
-        hint_(std::move(hint)) {}
+        where_(one_line(where)),
+        hint_(one_line(hint)) {}
 
   [[nodiscard]] Fault fault() const noexcept { return fault_; }
   [[nodiscard]] const std::string& where() const noexcept { return where_; }
@@ -36,12 +39,14 @@ class Error : public std::runtime_error {
   std::string hint_;
 };
 
-[[nodiscard]] inline Error usage_error(std::string what, std::string where = {}, std::string hint = {}) {
-  return {Fault::kUsage, std::move(what), std::move(where), std::move(hint)};
+[[nodiscard]] inline Error usage_error(const std::string& what, const std::string& where = {},
+                                       const std::string& hint = {}) {
+  return {Fault::kUsage, what, where, hint};
 }
 
-[[nodiscard]] inline Error failure(std::string what, std::string where = {}, std::string hint = {}) {
-  return {Fault::kFailure, std::move(what), std::move(where), std::move(hint)};
+[[nodiscard]] inline Error failure(const std::string& what, const std::string& where = {},
+                                   const std::string& hint = {}) {
+  return {Fault::kFailure, what, where, hint};
 }
 
 }  // namespace choreo

@@ -22,6 +22,17 @@ namespace choreo {
 /// The candidate nearest to `name`, if it is near enough that a person could have meant it.
 [[nodiscard]] std::optional<std::string> nearest_name(std::string_view name, std::span<const std::string> candidates);
 
+/// Bytes from the front of `text` that are one well-formed UTF-8 character; 0 where it begins with none.
+[[nodiscard]] std::size_t utf8_length(std::string_view text);
+
+[[nodiscard]] bool is_utf8(std::string_view text);
+
+/// `text` as it can stand in a line for people: control characters and what is not UTF-8 written as \n, \t or \x1b.
+[[nodiscard]] std::string one_line(std::string_view text);
+
+/// The beginning of `text`, at most `most` bytes of whole characters, with "..." where there was more.
+[[nodiscard]] std::string shortened(std::string_view text, std::size_t most = 60);
+
 /// "a, b, c".
 [[nodiscard]] std::string join(std::span<const std::string> parts, std::string_view separator = ", ");
 

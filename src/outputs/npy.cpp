@@ -10,6 +10,7 @@
 #include <cassert>
 #include <cerrno>
 #include <cstring>
+#include <limits>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -56,6 +57,10 @@ void write_npy(const std::filesystem::path& path, std::span<const double> values
 NpyMatrix::NpyMatrix(const std::filesystem::path& path, std::size_t rows, std::size_t cols) : rows_(rows), cols_(cols) {
   const std::size_t shape[] = {rows, cols};
   const auto header = npy_header("<f4", shape);
+  constexpr auto kMostBytes = std::size_t(std::numeric_limits<off_t>::max()) - 4096;
+  if (cols > 0 && rows > kMostBytes / sizeof(float) / cols) {
+    throw failure(fmt::format("\"{}\" cannot hold {} x {} numbers", path.string(), rows, cols));
+  }
   bytes_ = header.size() + rows * cols * sizeof(float);
   const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (file < 0) refuse_file(path.string(), errno);

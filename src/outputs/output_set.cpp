@@ -22,8 +22,11 @@ std::string temporary_ending() { return fmt::format(".{}.tmp", ::getpid()); }
 }  // namespace
 
 OutputSet::OutputSet(fs::path folder) : folder_(std::move(folder)) {
+  if (folder_.empty() || folder_.native().find('\0') != std::string::npos) {
+    throw usage_error(fmt::format("output \"{}\" is not a folder", folder_.string()), {}, "name a folder with --out");
+  }
   std::error_code problem;
-  fs::path missing = fs::absolute(folder_).lexically_normal();
+  fs::path missing = fs::absolute(folder_);
   if (!missing.has_filename()) missing = missing.parent_path();
   std::vector<fs::path> to_make;
   while (!fs::exists(missing, problem) && missing.has_relative_path()) {
@@ -40,15 +43,17 @@ OutputSet::OutputSet(fs::path folder) : folder_(std::move(folder)) {
     }
   };
   for (auto it = to_make.rbegin(); it != to_make.rend(); ++it) {
-    if (!fs::create_directory(*it, problem)) {
+    const bool made = fs::create_directory(*it, problem);
+    if (problem) {
       undo();
       throw usage_error(fmt::format("output folder \"{}\" cannot be made: {}", it->string(), problem.message()));
     }
-    made_folders_.push_back(*it);
+    // "new/.." is there once "new" is, and nobody's to remove.
+    if (made) made_folders_.push_back(*it);
   }
-  // Found out by writing: permission bits do not tell of read-only file systems.
+  // Found out by writing: permission bits do not tell of read-only file systems. A killed run may have left the file.
   const auto probe = folder_ / (".choreoscope" + temporary_ending());
-  const int file = ::open(probe.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  const int file = ::open(probe.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
   if (file < 0) {
     const auto cause = std::generic_category().message(errno);
     undo();

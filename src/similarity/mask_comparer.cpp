@@ -72,9 +72,10 @@ MaskComparer::MaskComparer(std::span<const std::unique_ptr<const body::MaskState
       for (int x = box.x; x < box.x + box.width; ++x) {
         if (!state.at(x, y)) continue;
         set_bit(straight, line + std::size_t(x - canvas_.x));
-        // Whatever the mirror image has outside the canvas no mask can meet; its margins must stay empty even so.
+        // What the mirror image has beyond the margins no mask can meet, shifted or not. What it has in them may be
+        // shifted to meet one; shifted the other way it lands in the margin of the next line, where no mask has a bit.
         const int mirrored_x = -x - canvas_.x;
-        if (mirrored_x >= 1 && mirrored_x < canvas_.width - 1) set_bit(mirrored, line + std::size_t(mirrored_x));
+        if (mirrored_x >= 0 && mirrored_x < canvas_.width) set_bit(mirrored, line + std::size_t(mirrored_x));
       }
     }
   }

@@ -25,24 +25,10 @@ constexpr double kBodyShare = 0.005;        // Of the picture; less is no body.
 // Median of half-normal noise over its standard deviation lies between 0.67 (channels in step) and 0.8 (independent).
 constexpr double kMedianPerNoise = 0.75;
 
-double threshold_of(double noise) { return std::max(kLeastThreshold, kThresholdPerNoise * noise); }
+// Picture, plate and D are rounded to whole levels, and each rounding adds a variance of 1/12.
+constexpr double kRounding = 3.0 / 12.0;
 
-// Median grey level with the position inside its bin, so that noise below one level still tells.
-double interpolated_median(const cv::Mat& grey) {
-  std::array<std::int64_t, 256> histogram{};
-  for (int y = 0; y < grey.rows; ++y) {
-    const auto* line = grey.ptr<std::uint8_t>(y);
-    for (int x = 0; x < grey.cols; ++x) ++histogram[line[x]];
-  }
-  const double half = double(grey.total()) / 2.0;
-  double below = 0;
-  for (int level = 0; level < 256; ++level) {
-    const auto here = double(histogram[std::size_t(level)]);
-    if (below + here >= half) return std::max(0.0, level - 0.5 + (half - below) / std::max(1.0, here));
-    below += here;
-  }
-  return 255.0;
-}
+double threshold_of(double noise) { return std::max(kLeastThreshold, kThresholdPerNoise * noise); }
 
 double lower_quartile(std::vector<double> values) {
   if (values.empty()) return 0;
@@ -185,7 +171,8 @@ BackgroundEstimate judge_plate(const cv::Mat& plate, std::span<const cv::Mat> pi
     lit.push_back(ToneCurve(plate, picture).apply(plate));
     medians.push_back(interpolated_median(difference_luminance(picture, lit.back())));
   }
-  estimate.noise = lower_quartile(medians) / kMedianPerNoise;
+  const double rounded_noise = lower_quartile(medians) / kMedianPerNoise;
+  estimate.noise = std::sqrt(std::max(0.0, rounded_noise * rounded_noise - kRounding));
 
   const double threshold = threshold_of(estimate.noise);
   const int speck = std::max(2, static_cast<int>(0.0002 * double(plate.total())));

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <utility>
 
 #include <fmt/format.h>
@@ -28,6 +30,17 @@ void check_zone(const Zone& zone, const char* option) {
     throw usage_error(fmt::format("{} is [{}, {}, {}, {}]", option, zone.x0, zone.y0, zone.x1, zone.y1), {},
                       fmt::format("{} is [left, top, right, bottom] in fractions of the picture, 0 to 1, left before "
                                   "right and top before bottom", option));
+  }
+}
+
+// Moves the running mean of `count` channels towards what differs from the expected, and rounds it.
+void learn(const std::uint8_t* __restrict now, const std::uint8_t* __restrict expected, float* __restrict mean,
+           std::uint8_t* __restrict rounded, int count, float rate) {
+  for (int i = 0; i < count; ++i) {
+    const float moved = mean[i] + rate * static_cast<float>(int{now[i]} - int{expected[i]});
+    const float positive = moved > 0.0F ? moved : 0.0F;
+    mean[i] = positive < 255.0F ? positive : 255.0F;
+    rounded[i] = static_cast<std::uint8_t>(static_cast<int>(mean[i] + 0.5F));
   }
 }
 
@@ -102,7 +115,7 @@ MaskResult BodyMasker::process(const cv::Mat& picture, double time_s) {
       result.learning = relearn(picture, time_s);
       return result;
     }
-    background_ = lit;
+    background_ = lit.clone();  // The lit one is kept beside it.
     background_.convertTo(running_, CV_32F);
   }
   cv::Mat mask = difference > threshold_;
@@ -132,22 +145,25 @@ MaskResult BodyMasker::process(const cv::Mat& picture, double time_s) {
 void BodyMasker::follow(const cv::Mat& picture, const cv::Mat& lit, double dt_s) {
   if (options_.follow_s <= 0 || dt_s <= 0) return;
   const auto rate = static_cast<float>(1.0 - std::exp(-dt_s / options_.follow_s));
-  cv::Mat next = background_.clone();  // `lit` may be the old one.
   for (int y = 0; y < picture.rows; ++y) {
     const auto* now = picture.ptr<std::uint8_t>(y);
     const auto* expected = lit.ptr<std::uint8_t>(y);
     const auto* skip = last_mask_.ptr<std::uint8_t>(y);
     auto* mean = running_.ptr<float>(y);
-    auto* rounded = next.ptr<std::uint8_t>(y);
-    for (int x = 0; x < picture.cols; ++x) {
-      if (skip[x] != 0) continue;
-      for (int i = 3 * x; i < 3 * x + 3; ++i) {
-        mean[i] = std::clamp(mean[i] + rate * (float(now[i]) - float(expected[i])), 0.0F, 255.0F);
-        rounded[i] = static_cast<std::uint8_t>(mean[i] + 0.5F);
+    auto* rounded = background_.ptr<std::uint8_t>(y);
+    // In runs between the bodies: their inner loop becomes vector code.
+    for (int begin = 0; begin < picture.cols;) {
+      if (skip[begin] != 0) {
+        ++begin;
+        continue;
       }
+      const auto left = std::size_t(picture.cols - begin);
+      const auto* run_end = static_cast<const std::uint8_t*>(std::memchr(skip + begin, 255, left));
+      const int end = run_end == nullptr ? picture.cols : static_cast<int>(run_end - skip);
+      learn(now + 3 * begin, expected + 3 * begin, mean + 3 * begin, rounded + 3 * begin, 3 * (end - begin), rate);
+      begin = end;
     }
   }
-  background_ = next;
 }
 
 bool BodyMasker::relearn(const cv::Mat& picture, double time_s) {
@@ -157,7 +173,7 @@ bool BodyMasker::relearn(const cv::Mat& picture, double time_s) {
   background_ = median_plate(learning_);
   background_.convertTo(running_, CV_32F);
   last_mask_ = cv::Mat();
-  last_lit_ = cv::Mat();
+  last_lit_ = background_.clone();  // Should the scene have changed again meanwhile, the next picture is seen to be another.
   learning_.clear();
   learning_since_s_.reset();
   return false;

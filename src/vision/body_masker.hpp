@@ -21,7 +21,7 @@ struct MaskOptions {
   std::optional<double> threshold;  ///< Grey levels of D, (0, 255]; absent: from the measured noise.
   double noise_factor = 4.0;        ///< Threshold over noise where it is measured, [1, 20].
   double least_threshold = 10.0;    ///< Grey levels, [1, 255]; the measured threshold is never lower.
-  int steps = 2;                    ///< Grow steps, then as many shrink steps, [0, 32].
+  int steps = 1;                    ///< Grow steps, then as many shrink steps, [0, 32].
   bool half_contrast_edge = true;   ///< Take back edge pixels that are more wall than body.
   bool drop_soft_light = true;      ///< Take away soft shadows and glows.
   bool largest_only = false;        ///< Keep the largest component alone.

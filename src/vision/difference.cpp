@@ -2,12 +2,28 @@
 #include "vision/difference.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <vector>
 
 #include <opencv2/imgproc.hpp>
 
 namespace choreo::vision {
+namespace {
+
+// Outside the picture lies what is neutral in a dilation and in an erosion (OpenCV's default value of a constant
+// border), also where the picture is a part of a larger one.
+constexpr int kNeutralOutside = cv::BORDER_CONSTANT | cv::BORDER_ISOLATED;
+
+void grow(const cv::Mat& in, cv::Mat& out, const cv::Mat& square) {
+  cv::dilate(in, out, square, {-1, -1}, 1, kNeutralOutside);
+}
+
+void shrink(const cv::Mat& in, cv::Mat& out, const cv::Mat& square) {
+  cv::erode(in, out, square, {-1, -1}, 1, kNeutralOutside);
+}
+
+}  // namespace
 
 cv::Mat difference_luminance(const cv::Mat& picture, const cv::Mat& background) {
   assert(picture.type() == CV_8UC3 && background.type() == CV_8UC3 && picture.size() == background.size());
@@ -18,15 +34,30 @@ cv::Mat difference_luminance(const cv::Mat& picture, const cv::Mat& background) 
   return luminance;
 }
 
+double interpolated_median(const cv::Mat& grey) {
+  std::array<std::int64_t, 256> histogram{};
+  for (int y = 0; y < grey.rows; ++y) {
+    const auto* line = grey.ptr<std::uint8_t>(y);
+    for (int x = 0; x < grey.cols; ++x) ++histogram[line[x]];
+  }
+  const double half = double(grey.total()) / 2.0;
+  double below = 0;
+  for (int level = 0; level < 256; ++level) {
+    const auto here = double(histogram[std::size_t(level)]);
+    if (below + here >= half) return std::max(0.0, level - 0.5 + (half - below) / std::max(1.0, here));
+    below += here;
+  }
+  return 255.0;
+}
+
 cv::Mat annealed(const cv::Mat& mask, int steps) {
   assert(steps >= 0);
   if (steps == 0) return mask.clone();
-  // n steps of the 3 x 3 square are one of the (2n+1) x (2n+1) square, and OpenCV's default border is the neutral one
-  // of each operation.
+  // n steps of the 3 x 3 square are one of the (2n+1) x (2n+1) square.
   const cv::Mat square = cv::getStructuringElement(cv::MORPH_RECT, {2 * steps + 1, 2 * steps + 1});
   cv::Mat out;
-  cv::dilate(mask, out, square);
-  cv::erode(out, out, square);
+  grow(mask, out, square);
+  shrink(out, out, square);
   return out;
 }
 
@@ -34,11 +65,11 @@ cv::Mat edge_at_half_contrast(const cv::Mat& mask, const cv::Mat& difference) {
   assert(mask.type() == CV_8UC1 && difference.type() == CV_8UC1 && mask.size() == difference.size());
   const cv::Mat square = cv::getStructuringElement(cv::MORPH_RECT, {3, 3});
   cv::Mat inside;
-  cv::erode(mask, inside, square);  // Outside the picture counts as body: a body cut by the frame has no edge there.
+  shrink(mask, inside, square);  // Outside the picture counts as body: a body cut by the frame has no edge there.
   cv::Mat body_difference;
   cv::bitwise_and(difference, mask, body_difference);
   cv::Mat strongest;
-  cv::dilate(body_difference, strongest, square);
+  grow(body_difference, strongest, square);
   cv::Mat out(mask.size(), CV_8UC1);
   for (int y = 0; y < mask.rows; ++y) {
     const auto* m = mask.ptr<std::uint8_t>(y);
@@ -53,11 +84,14 @@ cv::Mat edge_at_half_contrast(const cv::Mat& mask, const cv::Mat& difference) {
 
 cv::Mat without_specks(const cv::Mat& mask, int min_area, bool only_largest) {
   if (min_area <= 1 && !only_largest) return mask.clone();
+  cv::Mat out = cv::Mat::zeros(mask.size(), CV_8UC1);
+  const auto box = cv::boundingRect(mask);
+  if (box.empty()) return out;
   cv::Mat labels;
   cv::Mat statistics;
   cv::Mat centroids;
   // One algorithm by name: the default may choose by the number of threads.
-  const int count = cv::connectedComponentsWithStats(mask, labels, statistics, centroids, 8, CV_32S, cv::CCL_SAUF);
+  const int count = cv::connectedComponentsWithStats(mask(box), labels, statistics, centroids, 8, CV_32S, cv::CCL_SAUF);
   std::vector<std::uint8_t> keep(static_cast<std::size_t>(count), 0);
   int largest = 0;
   for (int i = 1; i < count; ++i) {
@@ -70,11 +104,10 @@ cv::Mat without_specks(const cv::Mat& mask, int min_area, bool only_largest) {
       if (i != largest) keep[std::size_t(i)] = 0;
     }
   }
-  cv::Mat out(mask.size(), CV_8UC1);
-  for (int y = 0; y < mask.rows; ++y) {
+  for (int y = 0; y < box.height; ++y) {
     const auto* label = labels.ptr<int>(y);
-    auto* o = out.ptr<std::uint8_t>(y);
-    for (int x = 0; x < mask.cols; ++x) o[x] = keep[std::size_t(label[x])];
+    auto* o = out.ptr<std::uint8_t>(box.y + y) + box.x;
+    for (int x = 0; x < box.width; ++x) o[x] = keep[std::size_t(label[x])];
   }
   return out;
 }

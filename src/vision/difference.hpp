@@ -14,6 +14,9 @@ namespace choreo::vision {
 /// @source Performance Physics, 4.2.
 [[nodiscard]] cv::Mat difference_luminance(const cv::Mat& picture, const cv::Mat& background);
 
+/// The median of a CV_8UC1 picture with the position inside the grey level, so that noise below one level still tells.
+[[nodiscard]] double interpolated_median(const cv::Mat& grey);
+
 /// Annealing: `steps` grow steps, then `steps` shrink steps, in the 8-neighbourhood.
 ///
 /// What lies outside the picture is neutral in both: it neither grows in nor eats away. Closes gaps up to 2 steps

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kSmallRows = 90;          // Enough to see a hand move, and noise is averaged away.
 constexpr double kChange = 8.0;         // Grey levels at that size.
-constexpr double kQuietShare = 0.001;   // Of the picture.
+constexpr double kQuietShare = 0.002;   // Of the picture.
 constexpr double kLeastStretch_s = 0.4;
 constexpr int kMostSummed = 64;         // A mean gains little from more.
 constexpr std::size_t kMostKept = 12;
@@ -27,14 +27,24 @@ cv::Mat small(const cv::Mat& picture) {
   return out;
 }
 
+// How far `now` lies outside what `before` has within one pixel around: a camera that shakes a little is still.
+cv::Mat change_beyond_shake(const cv::Mat& before, const cv::Mat& now) {
+  const cv::Mat square = cv::getStructuringElement(cv::MORPH_RECT, {3, 3});
+  cv::Mat highest;
+  cv::Mat lowest;
+  cv::dilate(before, highest, square);
+  cv::erode(before, lowest, square);
+  return difference_luminance(now, cv::max(lowest, cv::min(now, highest)));
+}
+
 }  // namespace
 
 void QuietStretches::add(const cv::Mat& picture, double time_s) {
   const cv::Mat now = small(picture);
   bool quiet = count_ > 0;
   if (quiet) {
-    const cv::Mat change = difference_luminance(now, ToneCurve(first_small_, now).apply(first_small_)) > kChange;
-    quiet = cv::countNonZero(change) <= kQuietShare * double(change.total());
+    const cv::Mat change = change_beyond_shake(ToneCurve(first_small_, now).apply(first_small_), now);
+    quiet = cv::countNonZero(change > kChange) <= kQuietShare * double(change.total());
   }
   if (!quiet) {
     end_stretch();

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <set>
 
-#include <Eigen/LU>
 #include <gtest/gtest.h>
+#include <Eigen/LU>
 
 #include "body/semaphore_signs.hpp"
 
@@ -19,7 +19,8 @@ using Eigen::Vector3d;
 // A pose in which every value differs from its mirror partner's.
 Pose crooked_pose() {
   std::array<double, kPoseValues> values{};
-  for (std::size_t i = 0; i < values.size(); ++i) values[i] = 3.0 + 5.0 * static_cast<double>(i % 7) - 0.9 * static_cast<double>(i);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] = 3.0 + 5.0 * static_cast<double>(i % 7) - 0.9 * static_cast<double>(i);
   values[0] = 0.11;
   values[1] = 0.02;
   values[2] = -0.07;
@@ -238,7 +239,7 @@ TEST(Semaphore, TheTableIsTheAlphabetOfArmPositions) {
 
 TEST(Semaphore, MirrorPartnersMirrorEachOtherArmByArm) {
   const std::vector<std::pair<std::string_view, std::string_view>> partners = {
-      {"A", "G"}, {"B", "F"}, {"C", "E"}, {"H", "Z"}, {"I", "X"}, {"K", "V"}, {"M", "S"}, {"O", "W"},
+      {"A", "G"}, {"B", "F"}, {"C", "E"},      {"H", "Z"},        {"I", "X"}, {"K", "V"}, {"M", "S"}, {"O", "W"},
       {"P", "J"}, {"Q", "Y"}, {"L", "CANCEL"}, {"T", "NUMERALS"}, {"N", "N"}, {"R", "R"}, {"U", "U"}, {"REST", "REST"}};
   for (const auto& [one, other] : partners) {
     const auto a = semaphore(one).value();

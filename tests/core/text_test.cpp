@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "core/error.hpp"
+
 namespace choreo {
 namespace {
 
@@ -34,6 +36,42 @@ TEST(Text, TheNearestNameIsOnlyNamedWhenSomebodyCouldHaveMeantIt) {
   EXPECT_FALSE(nearest_name("colour", names));
   EXPECT_FALSE(nearest_name("", names));
   EXPECT_FALSE(nearest_name(std::string(1 << 20, 'x'), names));
+}
+
+TEST(Text, Utf8IsToldFromWhatOnlyLooksLikeIt) {
+  for (const auto* good :
+       {"", "plain", "caf\xc3\xa9", "\xe2\x82\xac", "\xf0\x9f\x92\x83", "\xf4\x8f\xbf\xbf", "\xed\x9f\xbf"}) {
+    EXPECT_TRUE(is_utf8(good)) << good;
+  }
+  // A bare continuation, a cut character, overlong forms, a surrogate, behind the last character, never a byte of it.
+  for (const auto* bad : {"\x80", "\xc3", "caf\xe9", "\xe2\x82", "\xc0\x80", "\xe0\x9f\xbf", "\xf0\x8f\xbf\xbf",
+                          "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xf5\x80\x80\x80", "\xff"}) {
+    EXPECT_FALSE(is_utf8(bad)) << bad;
+  }
+}
+
+TEST(Text, OneLineShowsWhatWouldMoveTheCursorOrIsNoCharacter) {
+  EXPECT_EQ(one_line("caf\xc3\xa9 \"x\" \\"), "caf\xc3\xa9 \"x\" \\") << "what can be printed stays";
+  EXPECT_EQ(one_line("a\nb\tc\rd"), "a\\nb\\tc\\x0dd");
+  EXPECT_EQ(one_line("\x1b[2J\x7f"), "\\x1b[2J\\x7f");
+  EXPECT_EQ(one_line("\xff\xe9!"), "\\xff\\xe9!");
+  EXPECT_EQ(one_line("\xc2\x9b"), "\\xc2\\x9b") << "the control sequence introducer in one character";
+  EXPECT_EQ(one_line(std::string_view("a\0b", 3)), "a\\x00b");
+}
+
+TEST(Text, ShortenedEndsBetweenCharacters) {
+  EXPECT_EQ(shortened("abc", 3), "abc");
+  EXPECT_EQ(shortened("abcd", 3), "abc...");
+  EXPECT_EQ(shortened("ab\xc3\xa9", 3), "ab...");
+  EXPECT_EQ(shortened("\xff\xff\xff\xff", 2), "\xff\xff...");
+}
+
+TEST(Error, IsOneLineWhateverTheNamesInIt) {
+  const auto error = usage_error("\"a\nb\" is no film", "x\n.toml:1", "rename\nit");
+  EXPECT_STREQ(error.what(), "x\\n.toml:1: \"a\\nb\" is no film");
+  EXPECT_EQ(error.where(), "x\\n.toml:1");
+  EXPECT_EQ(error.hint(), "rename\\nit");
+  EXPECT_EQ(error.fault(), Fault::kUsage);
 }
 
 }  // namespace

@@ -63,7 +63,8 @@ TEST(Performer, FarFromTheMaskThePictureIsTheEmptyRoom) {
       for (int y = 0; y < room.rows; ++y) {
         for (int x = 0; x < room.cols; ++x) {
           const auto difference = cv::norm(frame.bgr.at<cv::Vec3b>(y, x), room.at<cv::Vec3b>(y, x), cv::NORM_INF);
-          if (near.at<unsigned char>(y, x) != 0) continue;
+          // Beside the picture's edge the body may be just outside it.
+          if (near.at<unsigned char>(y, x) != 0 || x < 2 || x >= room.cols - 2) continue;
           // The figure's shadow on the floor is the one exception, and a faint one.
           if (y > 0.85 * room.rows) {
             darkest_shadow = std::max(darkest_shadow, difference);
@@ -101,7 +102,7 @@ TEST(Performer, InsideTheMaskHardlyAnyPixelLooksLikeTheWall) {
       }
     }
     ASSERT_GT(inside, 500);
-    EXPECT_LT(alike, 0.04 * inside) << "seed " << seed;
+    EXPECT_LT(alike, 0.02 * inside) << "seed " << seed;
   }
 }
 
@@ -279,11 +280,14 @@ TEST(SyntheticSource, StopsWhenAsked) {
 }
 
 TEST(SyntheticSource, SettingsOutOfRangeAreRefusedAsTheUsersMistake) {
-  for (const auto* bad :
-       {"size=15x16", "size=16x15", "size=3841x100", "size=2161x2161", "size=640", "size=x", "size=-64x48",
-        "size=99999999999999x48", "fps=0", "fps=241", "fps=nan", "seed=-1", "seed=1.5", "noise=-1", "noise=31",
-        "drift=61", "flicker=-1", "flicker=31", "shake=11", "empty=61", "empty=-1", "tail=61", "duration=-1",
-        "duration=36001", "rate=3", "rate=61", "build=tall", "skin=green", "clothes=none", "colour=red", "text=%3F"}) {
+  for (const auto* bad : {"size=15x16",   "size=16x15", "size=3841x100", "size=2161x2161",
+                          "size=640",     "size=x",     "size=-64x48",   "size=99999999999999x48",
+                          "fps=0",        "fps=241",    "fps=nan",       "seed=-1",
+                          "seed=1.5",     "noise=-1",   "noise=31",      "drift=61",
+                          "flicker=-1",   "flicker=31", "shake=11",      "empty=61",
+                          "empty=-1",     "tail=61",    "duration=-1",   "duration=36001",
+                          "rate=3",       "rate=61",    "build=tall",    "skin=green",
+                          "clothes=none", "colour=red", "text=%3F"}) {
     try {
       const auto request = request_of(std::string("synthetic://semaphore?") + bad);
       const Performer performer(request.script, request.settings);

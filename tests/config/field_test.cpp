@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every setting by itself: its default, the ends of its range, what lies outside, what is of another kind.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "config/config.hpp"
+#include "config/schema.hpp"
+#include "core/text.hpp"
+#include "support/frames.hpp"
+
+namespace choreo::config {
+namespace {
+
+using test::error_of;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+struct Case {
+  std::string key;
+  std::string initial;            // As `show` prints the default.
+  std::vector<std::string> good;  // TOML, the ends of the range among them.
+  std::vector<std::string> bad;
+};
+
+// What no number may be.
+std::vector<std::string> no_number(std::vector<std::string> more) {
+  more.insert(more.end(), {"nan", "-nan", "inf", "-inf", "true", "\"1\"", "[1]", "{x = 1}", "1979-05-27", "\"\""});
+  return more;
+}
+std::vector<std::string> no_integer(std::vector<std::string> more) {
+  more.insert(more.end(), {"1.0", "1e1", "nan", "inf", "true", "\"1\"", "[1]", "9223372036854775807",
+                           "-9223372036854775808", "4294967297"});
+  return more;
+}
+const std::vector<std::string> kNoFlag = {"0", "1", "\"true\"", "\"yes\"", "[]", "1.0"};
+const std::vector<std::string> kNoWord = {"\"\"", "\"Both\"", "\"both \"", "1", "true", "[\"both\"]", "\"none\""};
+const std::vector<std::string> kNoZone = {"[]",
+                                          "[0, 0, 1]",
+                                          "[0, 0, 1, 1, 1]",
+                                          "[0, 0, 0, 1]",
+                                          "[0, 1, 1, 1]",
+                                          "[0.5, 0, 0.4, 1]",
+                                          "[-0.1, 0, 1, 1]",
+                                          "[0, 0, 1, 1.1]",
+                                          "[0, 0, nan, 1]",
+                                          "[0, 0, inf, 1]",
+                                          "[0, 0, \"1\", 1]",
+                                          "1",
+                                          "\"all\"",
+                                          "[[0, 0, 1, 1]]",
+                                          "{left = 0}"};
+
+std::string repeated(const std::string& item, int times) {
+  std::vector<std::string> items(static_cast<std::size_t>(times), item);
+  return "[" + join(items) + "]";
+}
+
+std::vector<Case> cases() {
+  auto no_zones = std::vector<std::string>{"[0, 0, 1, 1]",
+                                           "[1]",
+                                           "[[]]",
+                                           "[[0, 0, 1]]",
+                                           "[[0, 0, 1, 1], [0, 0, 0, 1]]",
+                                           "\"none\"",
+                                           "1",
+                                           repeated("[0, 0, 1, 1]", 65)};
+  return {
+      {"background.from",
+       "\"auto\"",
+       {"\"auto\"", "\"first:1s\"", "\"first:0.5\"", "\"first:10min\"", "\"a plate.png\"",
+        R"("C:\\x \"y\" \u007f\t\n")", "'/tmp/\u00e9.png'"},
+       {"\"\"", "1", "true", "\"first:\"", "\"first:0s\"", "\"first:soon\"", "\"first:-1s\"", "[\"auto\"]"}},
+      {"background.follow_exposure", "true", {"true", "false"}, kNoFlag},
+      {"background.follow_s", "20", {"0", "3600", "0.25", "-0.0"}, no_number({"-0.001", "3600.1"})},
+      {"background.sudden_percent", "60", {"1", "100", "59.5"}, no_number({"0.999", "100.1", "0"})},
+      {"background.relearn_s", "1", {"0", "60", "0.1"}, no_number({"-1", "60.1"})},
+      {"mask.threshold",
+       "\"auto\"",
+       {"\"auto\"", "255", "0.001", "12.5"},
+       no_number({"0", "-1", "255.1", "\"Auto\"", "5e-324"})},
+      {"mask.noise_factor", "4", {"1", "20", "3.7"}, no_number({"0.99", "20.1"})},
+      {"mask.least_threshold", "10", {"1", "255", "7.5"}, no_number({"0.99", "255.1"})},
+      {"mask.steps", "2", {"0", "32", "0x10"}, no_integer({"-1", "33"})},
+      {"mask.half_contrast_edge", "true", {"true", "false"}, kNoFlag},
+      {"mask.drop_soft_light", "true", {"true", "false"}, kNoFlag},
+      {"mask.largest_only", "false", {"true", "false"}, kNoFlag},
+      {"mask.speck_percent", "0.02", {"0", "100", "1e-9"}, no_number({"-0.1", "100.1"})},
+      {"mask.min_body_percent", "0.5", {"0", "100", "0.1"}, no_number({"-0.1", "100.1"})},
+      {"mask.roi", "[0, 0, 1, 1]", {"[0, 0, 1, 1]", "[0.1, 0.2, 0.3, 0.4]", "[0, 0.5, 1, 0.75]"}, kNoZone},
+      {"mask.ignore",
+       "[]",
+       {"[]", "[[0, 0, 1, 1]]", "[[0, 0, 0.5, 1], [0.25, 0.125, 1, 1.0]]", repeated("[0, 0, 1, 1]", 64)},
+       std::move(no_zones)},
+      {"working.rows", "480", {"0", "1", "8640"}, no_integer({"-1", "8641"})},
+      {"motion.window_s", "0.15", {"0.001", "10", "1"}, no_number({"0", "10.1", "-1", "1e-320"})},
+      {"plot.channels", "\"both\"", {"\"both\"", "\"z\"", "\"zstar\""}, kNoWord},
+      {"plot.page", "\"light\"", {"\"light\"", "\"dark\""}, kNoWord},
+      {"plot.svg", "false", {"true", "false"}, kNoFlag},
+      {"plot.width_px", "1600", {"320", "8000"}, no_integer({"319", "8001", "-1"})},
+      {"plot.contrast", "\"full\"", {"\"full\"", "\"auto\""}, kNoWord},
+      {"plot.thumbnails", "8", {"0", "32"}, no_integer({"-1", "33"})},
+      {"plot.thumbnails_at_s",
+       "[]",
+       {"[]", "[0]", "[1.5, 1e3, 0.001]", repeated("1", 64)},
+       {"1", "[-1]", "[nan]", "[inf]", "[\"1\"]", "[[1]]", repeated("1", 65)}},
+  };
+}
+
+// A file with that one setting.
+std::string file_of(const std::string& key, const std::string& value) {
+  const auto dot = key.find('.');
+  return "[" + key.substr(0, dot) + "]\n" + key.substr(dot + 1) + " = " + value + "\n";
+}
+
+std::string name_of(const Case& c) {
+  auto name = c.key;
+  std::replace(name.begin(), name.end(), '.', '_');
+  return name;
+}
+
+class Setting : public ::testing::TestWithParam<Case> {
+ protected:
+  static const Field& field() {
+    for (const auto& f : schema()) {
+      if (f.key == GetParam().key) return f;
+    }
+    throw std::logic_error("no setting " + GetParam().key);
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Config, Setting, ::testing::ValuesIn(cases()),
+                         [](const auto& each) { return name_of(each.param); });
+
+TEST(Settings, EveryOneOfThemIsTestedHere) {
+  std::vector<std::string> tested;
+  std::vector<std::string> known;
+  for (const auto& c : cases()) tested.push_back(c.key);
+  for (const auto& f : schema()) known.push_back(f.key);
+  EXPECT_EQ(tested, known);
+}
+
+TEST(Settings, EveryOneOfThemSaysItsRangeAndWhatItDoes) {
+  for (const auto& f : schema()) {
+    EXPECT_FALSE(f.range.empty()) << f.key;
+    EXPECT_TRUE(f.help.ends_with('.')) << f.key;
+    EXPECT_EQ(f.help.find('\n'), std::string::npos) << f.key;
+  }
+}
+
+TEST_P(Setting, ItsDefaultIsInRangeAndReadsBack) {
+  const auto& c = GetParam();
+  EXPECT_EQ(field().print(Options{}), c.initial);
+  Config config;
+  ASSERT_NO_THROW(config.load_text(file_of(c.key, c.initial), "default.toml"));
+  EXPECT_EQ(field().print(config.options()), c.initial);
+}
+
+TEST_P(Setting, EveryValueOfItsRangeIsTakenAndPrintsAsWhatReadsBackTheSame) {
+  const auto& c = GetParam();
+  for (const auto& value : c.good) {
+    Config config;
+    ASSERT_FALSE(error_of([&] { config.load_text(file_of(c.key, value), "good.toml"); })) << value;
+    EXPECT_EQ(config.origin(c.key), "good.toml:2");
+    const auto printed = field().print(config.options());
+    Config again;
+    ASSERT_FALSE(error_of([&] { again.load_text(file_of(c.key, printed), "printed.toml"); })) << value;
+    EXPECT_EQ(field().print(again.options()), printed) << value;
+    EXPECT_NO_THROW(config.options().mask.validate()) << "the module's own range is the same: " << value;
+  }
+}
+
+TEST_P(Setting, WhatIsOutOfRangeOrOfAnotherKindIsRefusedAtItsPlaceWithTheRange) {
+  const auto& c = GetParam();
+  const auto column = c.key.size() - c.key.find('.') + 3;  // Behind "name = ".
+  for (const auto& value : c.bad) {
+    Config config;
+    const auto error = error_of([&] { config.load_text(file_of(c.key, value), "bad.toml"); });
+    ASSERT_TRUE(error) << c.key << " = " << value;
+    EXPECT_EQ(error->fault(), Fault::kUsage);
+    EXPECT_EQ(error->where(), "bad.toml:2:" + std::to_string(column)) << value;
+    EXPECT_THAT(error->what(), HasSubstr(c.key + " is ")) << value;
+    EXPECT_EQ(error->hint(), c.key + " is " + field().range);
+    EXPECT_EQ(field().print(config.options()), c.initial) << "nothing has changed";
+    EXPECT_EQ(config.origin(c.key), "default");
+  }
+}
+
+TEST_P(Setting, CanBeSetOnTheCommandLine) {
+  const auto& c = GetParam();
+  for (const auto& value : c.good) {
+    Config from_file;
+    from_file.load_text(file_of(c.key, value), "good.toml");
+    Config config;
+    ASSERT_FALSE(error_of([&] { config.set(c.key + "=" + value); })) << value;
+    EXPECT_EQ(config.origin(c.key), "--set");
+    EXPECT_EQ(field().print(config.options()), field().print(from_file.options())) << value;
+  }
+}
+
+TEST_P(Setting, WhatIsOutOfRangeIsRefusedOnTheCommandLineToo) {
+  const auto& c = GetParam();
+  for (const auto& value : c.bad) {
+    if (c.key == "background.from" && !value.starts_with('"')) continue;  // Bare, each of these names a file.
+    Config config;
+    const auto error = error_of([&] { config.set(c.key + "=" + value); });
+    ASSERT_TRUE(error) << c.key << " = " << value;
+    EXPECT_EQ(error->fault(), Fault::kUsage);
+    EXPECT_THAT(error->where(), HasSubstr("--set " + c.key)) << value;
+    EXPECT_EQ(error->hint(), c.key + " is " + field().range);
+    EXPECT_EQ(config.show(), Config().show());
+  }
+}
+
+TEST_P(Setting, MistypedItIsNamedAsTheNearest) {
+  const auto& key = GetParam().key;
+  const auto dot = key.find('.');
+  auto wrong = key;
+  std::swap(wrong[dot + 2], wrong[dot + 3]);  // Two neighbours of the name swapped.
+  if (wrong == key) return;
+  Config config;
+  const auto error = error_of([&] { config.load_text(file_of(wrong, "1"), "typo.toml"); });
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->where(), "typo.toml:2:1");
+  EXPECT_THAT(error->what(), HasSubstr("unknown setting \"" + wrong + "\""));
+  EXPECT_EQ(error->hint(), "did you mean \"" + key + "\"?");
+}
+
+}  // namespace
+}  // namespace choreo::config

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fuzz/entries.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "config/config.hpp"
+#include "config/schema.hpp"
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "core/time.hpp"
+#include "devices/source_uri.hpp"
+#include "devices/synthetic/synthetic_source.hpp"
+#include "pipeline/background.hpp"
+#include "pipeline/frame_selection.hpp"
+
+namespace choreo::fuzz {
+namespace {
+
+void promise(bool kept, const std::string& what) {
+  if (!kept) throw std::logic_error("a promise is broken: " + what);
+}
+
+void promise_one_line(const std::string& text, const std::string& what) {
+  const bool one = std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
+  promise(one && is_utf8(text), what + " is one line that can be printed");
+}
+
+// Runs `parse` and says whether it accepted; an Error must be one that can be shown to the user.
+template <typename Parse>
+bool accepted(Parse parse) {
+  try {
+    parse();
+    return true;
+  } catch (const Error& error) {
+    promise(error.fault() == Fault::kUsage, "a text that cannot be read is the user's mistake");
+    promise(std::string_view(error.what()) != "", "a message says something");
+    promise_one_line(error.what(), "what");
+    promise_one_line(error.where(), "where");
+    promise_one_line(error.hint(), "hint");
+    return false;
+  }
+}
+
+void promise_round_trip(const config::Config& config) {
+  config.options().mask.validate();
+  (void)pipeline::parse_background(config.options().background);
+  config::Config again;
+  again.load_text(config.show(), "shown.toml");
+  for (const auto& field : config::schema()) {
+    promise(field.print(again.options()) == field.print(config.options()), field.key + " reads back the same");
+  }
+}
+
+}  // namespace
+
+void config(std::string_view text) {
+  const auto untouched = config::Config().show();
+  for (const bool file : {true, false}) {
+    config::Config config;
+    const bool good = accepted([&] { file ? config.load_text(text, "fuzz.toml") : config.set(text); });
+    if (!good) promise(config.show() == untouched, "what is refused changes nothing");
+    promise_round_trip(config);
+  }
+}
+
+void source_uri(std::string_view text) {
+  using devices::parse_source_uri;
+  devices::SourceUri uri;
+  // Once as if nothing existed, once as if some paths did.
+  (void)accepted([&] { (void)parse_source_uri(text, [](const std::string& path) { return path.size() % 3 == 1; }); });
+  if (!accepted([&] { uri = parse_source_uri(text, [](const std::string&) { return false; }); })) return;
+  promise(uri.text == text, "the source is kept as it was written");
+  promise(!uri.location.empty(), "a source is somewhere");
+  promise(uri.location.find('\0') == std::string::npos, "no NUL byte comes to the operating system");
+  for (const auto& [key, value] : uri.settings) {
+    promise(!key.empty(), "a setting has a name");
+    promise((key + value).find('\0') == std::string::npos, "no NUL byte comes from a setting");
+  }
+  (void)accepted([&] {
+    devices::SettingReader reader(uri);
+    static const std::vector<std::string> kTurns = {"0", "90", "180", "270"};
+    const auto turn = reader.take_choice("rotate", "0", kTurns);
+    promise(std::find(kTurns.begin(), kTurns.end(), turn) != kTurns.end(), "a choice is one of those offered");
+    const auto fps = reader.take_number("fps", 30, 0.01, 1000);
+    promise(fps >= 0.01 && fps <= 1000, "a number is in its range");
+    const auto n = reader.take_integer("seed", 1, -3, 1000);
+    promise(n >= -3 && n <= 1000, "a whole number is in its range");
+    (void)reader.take_flag("loop", false);
+    (void)reader.take_text("text", "");
+    reader.refuse_the_rest();
+  });
+  (void)accepted([&] {
+    const auto request = devices::performer_request(uri);
+    request.settings.validate();
+    promise(request.settings.size.width >= 16 && request.settings.size.width <= 3840, "a width that can be drawn");
+    promise(!request.script.empty(), "a script that is known");
+  });
+}
+
+void texts(std::string_view text) {
+  (void)accepted([&] {
+    const auto span = pipeline::parse_span(text);
+    promise(span.from >= Nanoseconds{0} && span.from < span.to, "a span in seconds holds something");
+    promise(span.first_frame >= 1 && span.first_frame <= span.last_frame, "a span in frames holds something");
+    promise(span.every == 1, "a span says nothing of every");
+  });
+  (void)accepted([&] {
+    const auto duration = parse_duration(text);
+    promise(duration >= Nanoseconds{0} && duration <= std::chrono::hours(1000), "a duration is in its range");
+  });
+  (void)accepted([&] {
+    const auto background = pipeline::parse_background(text);
+    using Kind = pipeline::BackgroundSpec::Kind;
+    promise((background.kind == Kind::kFirst) == (background.first > Nanoseconds{0}), "first:T has a T above 0");
+    promise((background.kind == Kind::kPlate) == !background.plate.empty(), "a plate has a path");
+  });
+}
+
+}  // namespace choreo::fuzz

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// What every parser of text that people write promises for any bytes whatever; the fuzzers and the corpus run these.
+//
+// Nothing but choreo::Error comes out, its message is one line, and what is accepted keeps its promises. A broken
+// promise is a std::logic_error.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace choreo::fuzz {
+
+/// As a TOML file and as a --set: what is accepted is in range, and what `show` prints reads back the same.
+void config(std::string_view text);
+
+/// As a SOURCE: its parts, its settings, and what the synthetic performer makes of it.
+void source_uri(std::string_view text);
+
+/// As a span, a duration and a background.
+void texts(std::string_view text);
+
+struct Entry {
+  std::string name;  ///< Also of its folder below tests/corpus.
+  void (*run)(std::string_view);
+};
+
+[[nodiscard]] inline std::vector<Entry> entries() {
+  return {{"config", config}, {"source_uri", source_uri}, {"texts", texts}};
+}
+
+}  // namespace choreo::fuzz
