@@ -7,6 +7,8 @@
 #include <iterator>
 #include <memory>
 #include <optional>
+#include <span>
+#include <stop_token>
 #include <utility>
 
 #include <fmt/format.h>
@@ -86,8 +88,15 @@ std::vector<std::string> warnings_of(const Summary& s, const RecordStage& record
     warnings.push_back(fmt::format("frames of {} x {} pixels are looked at at {} x {} (working.rows)", size.width,
                                    size.height, s.working_size.width, s.working_size.height));
   }
-  for (const double t : s.sudden_changes_s) {
-    warnings.push_back(fmt::format("at {:.2f} s the whole picture changed: the background was learned anew", t));
+  if (!s.sudden_changes_s.empty()) {
+    // A strobe would fill the screen: the first few say enough, and the summary has them all.
+    constexpr std::size_t kShown = 5;
+    const auto shown = std::min(kShown, s.sudden_changes_s.size());
+    const std::span first(s.sudden_changes_s.data(), shown);
+    warnings.push_back(fmt::format("the whole picture changed at {:.2f} s{}: the background was learned anew",
+                                   fmt::join(first, ", "),
+                                   shown < s.sudden_changes_s.size()
+                                       ? fmt::format(" and {} times more", s.sudden_changes_s.size() - shown) : ""));
   }
   // One cause, one warning: the later ones would only repeat the first that applies.
   if (s.frames == 1) {
@@ -140,8 +149,14 @@ int analyze(const AnalyzeOptions& options, Session& session) {
 
   const pipeline::SteadyClock clock;
   const auto registry = all_drivers();
+  const auto stop = session.interrupt.orderly();
   const auto open = [&] {
-    return registry.open(options.source.source, {options.source.threads, session.interrupt.orderly()});
+    try {
+      return registry.open(options.source.source, {options.source.threads, stop});
+    } catch (const Error&) {
+      if (stop.stop_requested()) throw Interrupted{};
+      throw;
+    }
   };
   auto source = open();
   summary.source = source->info();
@@ -162,12 +177,13 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   auto start = clock.now();
   auto learned = pipeline::learn_background(
       std::move(source), spec, plate, settings.working_rows, open,
-      [&](double share) { console.progress("learning the background", share); }, session.interrupt.orderly());
+      [&](double share) { console.progress("learning the background", share); }, stop);
   console.finish_progress();
-  if (!learned) {
-    console.warn("interrupted while learning the background: there is nothing to write yet");
-    return kInterrupted;
-  }
+  if (!learned) throw Interrupted{};
+  // Said at once, whatever is being done: people press again where nothing answers.
+  const std::stop_callback answer(stop, [&] {
+    console.warn("interrupted: what was read is finished and written; again to leave nothing");
+  });
   summary.learn_wall = clock.now() - start;
   summary.background = learned->estimate;
   summary.background_pictures = learned->pictures;
@@ -191,14 +207,12 @@ int analyze(const AnalyzeOptions& options, Session& session) {
                                                     masks ? &*masks : nullptr, seen);
   auto& record = *owned_record;
   stages.push_back(std::move(owned_record));
-  summary.run = pipeline::run(*learned->source, selection, stages, {summary.threads}, clock, session.interrupt.orderly());
+  summary.run = pipeline::run(*learned->source, selection, stages, {summary.threads}, clock, stop);
   console.finish_progress();
   if (summary.run.problem) std::rethrow_exception(summary.run.problem);
-  if (summary.run.interrupted) console.warn("interrupted: writing what was computed; again to give up");
-
   auto& rows = record.rows();
   if (rows.empty()) {
-    if (summary.run.interrupted) return kInterrupted;
+    if (summary.run.interrupted) throw Interrupted{};
     throw usage_error(fmt::format("no frame of \"{}\" is chosen: it has {} frames", summary.source.name,
                                   summary.run.frames_read), options.source.span ? "--span " + *options.source.span : "",
                       "choose a span inside the recording");
@@ -214,7 +228,7 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   const bool complete = similarity::all_pairs(comparer, z.view(), zstar.view(), session.interrupt.now(),
                                               [&](double share) { console.progress("comparing all pairs", share); });
   console.finish_progress();
-  if (!complete) return kInterrupted;
+  if (!complete) throw Interrupted{};
   std::vector<double> times;
   for (std::size_t i = 0; i < n; ++i) {
     rows[i].zstar_tt = zstar.view()(i, i);
@@ -229,6 +243,7 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   if (masks) masks->close();
   const auto thumbnails = record.thumbnails().chosen();
   for (const auto& [name, form] : {std::pair{"plot", outputs::PlotForm::kSquare}, std::pair{"triangle", outputs::PlotForm::kTriangle}}) {
+    if (session.interrupt.now().stop_requested()) throw Interrupted{};
     console.progress("drawing", form == outputs::PlotForm::kSquare ? 0.0 : 0.5);
     const outputs::Plot plot({z.view(), zstar.view(), times, thumbnails}, plot_options(summary, settings.plot, form));
     plot.write_png(files.add(std::string(name) + ".png"));
@@ -247,13 +262,15 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   summary.interrupted = summary.run.interrupted;
   summary.warnings = warnings_of(summary, record, learned->source->warnings());
   outputs::write_file(files.add("summary.json"), to_json(summary, config));
+  if (session.interrupt.now().stop_requested()) throw Interrupted{};
   files.commit();
 
   for (const auto& line : timing_table(summary)) console.say(line);
   for (const auto& warning : summary.warnings) console.warn(warning);
   fmt::print("{} frames, {} with a body\n", n, record.bodies());
   for (const auto& name : summary.files) fmt::print("{}\n", (files.folder() / name).string());
-  return summary.interrupted ? kInterrupted : kDone;
+  // Also where all frames were read before: whoever stops a batch wants the batch to stop.
+  return stop.stop_requested() ? kInterrupted : kDone;
 }
 
 }  // namespace

@@ -20,7 +20,10 @@ struct Session {
 /// Exit statuses; see docs/command-line.md.
 enum ExitStatus : int { kDone = 0, kFailed = 1, kRefused = 2, kInterrupted = 130 };
 
-/// Runs a parsed command. @return its exit status. @throws Error
+/// Thrown where a command ends because of Ctrl-C and has nothing to write.
+struct Interrupted {};
+
+/// Runs a parsed command. @return its exit status. @throws Error, Interrupted
 using Command = std::function<int(Session&)>;
 
 /// Each adds its subcommand to `app` and sets `chosen` when it was the one that was typed.

@@ -118,6 +118,10 @@ int run_program(int argc, char** argv) {
     const int status = chosen(session);
     if (std::fflush(stdout) != 0) throw failure("standard output cannot be written to");
     return status;
+  } catch (const Interrupted&) {
+    console.finish_progress();
+    console.warn("interrupted: nothing was written");
+    return kInterrupted;
   } catch (const Error& error) {
     console.finish_progress();
     console.error(error);

@@ -74,7 +74,7 @@ int synth(const SynthOptions& options, Session& session) {
   const auto stop = session.interrupt.orderly();
   for (int i = 0; i < performer.frame_count(); ++i) {
     // Half a clip is no clip: its truth would be of another length than its script says.
-    if (stop.stop_requested()) return kInterrupted;
+    if (stop.stop_requested()) throw Interrupted{};
     const auto performance = performer.perform(i);
     clip.write(performance.bgr, performance.time);
     masks.write(performance.mask, performance.time);

@@ -25,7 +25,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "the files written here are little-endian");
 
 [[noreturn]] void refuse_file(const std::string& path, int code) {
-  throw failure(fmt::format("\"{}\" cannot be written: {}", path, std::generic_category().message(code)));
+  throw failure(fmt::format("\"{}\" cannot be written: {}", final_name(path), std::generic_category().message(code)));
 }
 
 }  // namespace
@@ -68,7 +68,7 @@ NpyMatrix::NpyMatrix(const std::filesystem::path& path, std::size_t rows, std::s
   const int code = ::posix_fallocate(file, 0, static_cast<off_t>(bytes_));
   if (code != 0) {
     ::close(file);
-    throw failure(fmt::format("\"{}\" needs {:.1f} MB: {}", path.string(), double(bytes_) / 1e6,
+    throw failure(fmt::format("\"{}\" needs {:.1f} MB: {}", final_name(path), double(bytes_) / 1e6,
                               std::generic_category().message(code)),
                   {}, "a matrix of N frames takes 4 N^2 bytes; take fewer frames with --every or --span");
   }

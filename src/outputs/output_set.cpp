@@ -15,6 +15,11 @@
 
 namespace choreo::outputs {
 namespace fs = std::filesystem;
+namespace {
+
+std::string temporary_ending() { return fmt::format(".{}.tmp", ::getpid()); }
+
+}  // namespace
 
 OutputSet::OutputSet(fs::path folder) : folder_(std::move(folder)) {
   if (folder_.empty() || folder_.native().find('\0') != std::string::npos) {
@@ -47,7 +52,7 @@ OutputSet::OutputSet(fs::path folder) : folder_(std::move(folder)) {
     if (made) made_folders_.push_back(*it);
   }
   // Found out by writing: permission bits do not tell of read-only file systems. A killed run may have left the file.
-  const auto probe = folder_ / fmt::format(".choreoscope.{}.tmp", ::getpid());
+  const auto probe = folder_ / (".choreoscope" + temporary_ending());
   const int file = ::open(probe.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
   if (file < 0) {
     const auto cause = std::generic_category().message(errno);
@@ -76,7 +81,7 @@ void OutputSet::check(const std::string& name) const {
 
 fs::path OutputSet::add(const std::string& name) {
   check(name);
-  File file{folder_ / fmt::format(".{}.{}.tmp", name, ::getpid()), folder_ / name};
+  File file{folder_ / ("." + name + temporary_ending()), folder_ / name};
   files_.push_back(file);
   return file.temporary;
 }
@@ -90,10 +95,17 @@ void OutputSet::commit() {
   files_.clear();
 }
 
+std::string final_name(const fs::path& path) {
+  const auto name = path.filename().string();
+  const auto ending = temporary_ending();
+  if (!name.starts_with('.') || !name.ends_with(ending) || name.size() <= 1 + ending.size()) return path.string();
+  return (path.parent_path() / name.substr(1, name.size() - 1 - ending.size())).string();
+}
+
 void write_file(const fs::path& path, std::string_view bytes) {
   const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   const auto refuse = [&](int code) {
-    throw failure(fmt::format("\"{}\" cannot be written: {}", path.string(), std::generic_category().message(code)));
+    throw failure(fmt::format("\"{}\" cannot be written: {}", final_name(path), std::generic_category().message(code)));
   };
   if (file < 0) refuse(errno);
   while (!bytes.empty()) {

@@ -45,6 +45,10 @@ class OutputSet {
   std::vector<File> files_;
 };
 
+/// The final name of a path that `OutputSet::add` gave; any other path as it is. For messages: nobody knows or finds the
+/// temporary one.
+[[nodiscard]] std::string final_name(const std::filesystem::path& path);
+
 /// Writes a whole file. @throws Error (failure) where the disk is full or the like; the file may then be incomplete.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 

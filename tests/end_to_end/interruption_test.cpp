@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+// Ctrl-C: at any moment the program ends by itself, with what it has or with nothing, never with halves.
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <csignal>
+
+#include <gmock/gmock.h>
+
+#include "end_to_end/refusal_fixture.hpp"
+
+namespace choreo::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+class Interruption : public RefusalTest {
+ protected:
+  static constexpr int kKilled = 130;
+  // Long enough that no signal comes too late: several seconds of filming after each of the lines waited for.
+  static constexpr auto kLong = "synthetic://walking?size=160x120&duration=30";
+
+  Outcome poked(const std::string& source, const std::vector<Poke>& pokes, const std::vector<std::string>& more = {}) {
+    RunOptions options;
+    options.pokes = pokes;
+    std::vector<std::string> arguments{"analyze", source, "--out", old()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    auto run = choreoscope(arguments, options);
+    EXPECT_EQ(run.poked, pokes.size()) << run.told();
+    EXPECT_EQ(run.status, kKilled) << run.told();
+    EXPECT_TRUE(run.err_lines("choreoscope: error: ").empty()) << run.told();
+    return run;
+  }
+
+  void expect_what_was_read(std::size_t all_frames) {
+    const Results r(old());
+    EXPECT_EQ(files_in(old()).size(), 8u);
+    EXPECT_GT(r.n, 0u);
+    EXPECT_LT(r.n, all_frames);
+    EXPECT_EQ(r.summary["interrupted"], true);
+    EXPECT_EQ(r.summary["frames"], r.n);
+    EXPECT_EQ(r.z.shape, (std::vector<std::size_t>{r.n, r.n}));
+    EXPECT_EQ(read_npy(old() + "/masks.npy").shape.at(0), r.n);
+    EXPECT_FALSE(cv::imread(old() + "/plot.png").empty());
+  }
+};
+
+TEST_F(Interruption, WhileLearningTheBackgroundLeavesNothing) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    const auto run = poked(kLong, {{"learning the background: 20 %", signal}});
+    EXPECT_THAT(run.err, HasSubstr("nothing was written"));
+    EXPECT_EQ(run.out, "");
+    expect_old_results();
+  }
+}
+
+TEST_F(Interruption, WhileReadingFramesWritesWhatWasRead) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const auto run = poked(kLong, {{"reading frames: 20 %", signal}}, {"--save", "masks"});
+    EXPECT_THAT(run.err_lines("choreoscope: warning: interrupted"), ::testing::SizeIs(1)) << run.told();
+    expect_what_was_read(930);
+  }
+}
+
+TEST_F(Interruption, WhileReadingFramesWithOneThreadWritesWhatWasRead) {
+  poked(kLong, {{"reading frames: 20 %", SIGINT}}, {"--save", "masks", "--threads", "1"});
+  expect_what_was_read(930);
+}
+
+TEST_F(Interruption, TwiceLeavesNothing) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const auto run = poked(kLong, {{"reading frames: 40 %", signal}, {"again to leave nothing", signal}});
+    EXPECT_EQ(run.out, "");
+    expect_old_results();
+  }
+}
+
+TEST_F(Interruption, TwiceWhileDrawingLeavesNothing) {
+  const auto run =
+      poked("synthetic://walking?size=64x48&duration=1",
+            {{"choreoscope: drawing", SIGINT}, {"again to leave nothing", SIGINT}}, {"--set", "plot.width_px=2400"});
+  EXPECT_EQ(run.out, "");
+  expect_old_results();
+}
+
+TEST_F(Interruption, OnceWhileDrawingWritesEverything) {
+  poked("synthetic://walking?size=64x48&duration=1", {{"choreoscope: drawing", SIGINT}},
+        {"--save", "masks", "--set", "plot.width_px=2400"});
+  const Results r(old());
+  EXPECT_EQ(r.n, 60u);
+  EXPECT_EQ(r.summary["interrupted"], false) << "all frames are in it";
+}
+
+TEST_F(Interruption, WhileNothingComesFromAPipe) {
+  const auto pipe = folder_ / "pipe.mkv";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  RunOptions options;
+  int writer = -1;
+  // Opens once the program reads at the other end, and says nothing.
+  options.started = [&](int process) {
+    writer = ::open(pipe.c_str(), O_WRONLY);
+    ::kill(process, SIGINT);
+  };
+  const auto run = choreoscope({"analyze", pipe, "--out", old()}, options);
+  ::close(writer);
+  EXPECT_EQ(run.status, kKilled) << run.told();
+  EXPECT_TRUE(run.err_lines("choreoscope: error: ").empty()) << run.told();
+  expect_old_results();
+}
+
+TEST_F(Interruption, WhileFilmingLeavesNoClip) {
+  std::filesystem::create_directory(folder_ / "clips");
+  RunOptions options;
+  options.pokes = {{"filming", SIGINT}};
+  const auto run = choreoscope({"synth", "walking?size=160x120&duration=30", "-o", folder_ / "clips/a.mkv"}, options);
+  EXPECT_EQ(run.status, kKilled) << run.told();
+  EXPECT_EQ(run.out, "");
+  EXPECT_TRUE(files_in(folder_ / "clips").empty()) << ::testing::PrintToString(files_in(folder_ / "clips"));
+}
+
+}  // namespace
+}  // namespace choreo::test

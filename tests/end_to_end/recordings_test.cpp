@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// Recordings of people that nobody here made: whether everything works on them, and how good the silhouettes are.
+#include <cstdio>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include "end_to_end/choreoscope_run.hpp"
+#include "support/shared_data.hpp"
+
+namespace choreo::test {
+namespace {
+
+constexpr double kLeastOverlap = 0.85;
+
+#define NEEDS(path) \
+  if ((path).empty()) GTEST_SKIP() << "the recordings in ../shared/data are not here; see tests/support/shared_data.hpp"
+
+// Polygons in pixels of the frame, filled.
+cv::Mat filled(const nlohmann::json& body, const nlohmann::json& holes, cv::Size size) {
+  cv::Mat mask = cv::Mat::zeros(size, CV_8UC1);
+  const auto fill = [&](const nlohmann::json& polygons, int value) {
+    for (const auto& polygon : polygons) {
+      std::vector<cv::Point> points;
+      for (const auto& p : polygon) points.emplace_back(cvRound(p.at(0).get<double>()), cvRound(p.at(1).get<double>()));
+      cv::fillPoly(mask, std::vector<std::vector<cv::Point>>{points}, value);
+    }
+  };
+  fill(body, 255);
+  fill(holes, 0);
+  return mask;
+}
+
+TEST(Recordings, OutlinesByHandAreMetAndTheEmptyRoomIsEmpty) {
+  std::ifstream file(std::string(CHOREO_PROJECT_ROOT) + "/tests/data/outlines/intel_one_by_one.json");
+  const auto outlines = nlohmann::json::parse(file);
+  const auto clip = shared_data(outlines.at("clip").get<std::string>());
+  NEEDS(clip);
+  const TempFolder folder;
+  RunOptions patient;
+  patient.limit = std::chrono::minutes(8);
+  analyze(clip, folder / "out", {"--save", "masks"}, patient);
+  const auto masks = read_npy(folder / "out/masks.npy");
+  const cv::Size size(outlines.at("size").at(0).get<int>(), outlines.at("size").at(1).get<int>());
+  ASSERT_EQ(masks.shape.at(1), std::size_t(size.height));
+  ASSERT_EQ(masks.shape.at(2), std::size_t(size.width));
+  const auto mask_of = [&](std::size_t frame) {  // Counted from 1.
+    const auto* data = masks.data.data() + (frame - 1) * std::size_t(size.area());
+    return cv::Mat(cv::Mat(size.height, size.width, CV_8UC1, const_cast<std::uint8_t*>(data)) != 0);
+  };
+  ASSERT_EQ(outlines.at("frames").size(), 6U);
+  for (const auto& frame : outlines.at("frames")) {
+    const auto truth = filled(frame.at("body"), frame.at("holes"), size);
+    const auto found = mask_of(frame.at("frame").get<std::size_t>());
+    const double overlap = double(cv::countNonZero(found & truth)) / double(cv::countNonZero(found | truth));
+    std::printf("frame %d: intersection over union %.3f\n", frame.at("frame").get<int>(), overlap);
+    EXPECT_GE(overlap, kLeastOverlap) << "frame " << frame.at("frame");
+  }
+  for (const auto& stretch : outlines.at("empty")) {
+    for (auto frame = stretch.at(0).get<std::size_t>(); frame <= stretch.at(1).get<std::size_t>(); ++frame) {
+      EXPECT_EQ(cv::countNonZero(mask_of(frame)), 0) << "somebody in the empty room, frame " << frame;
+    }
+  }
+}
+
+class RehearsalVideo : public ::testing::TestWithParam<const char*> {};
+
+// The wall behind the performer is never seen: the result must not look as if it were sure of itself.
+TEST_P(RehearsalVideo, IsAnalysedAndSaysThatItsBackgroundIsUncertain) {
+  const auto clip = shared_data(std::string("video/clear/") + GetParam());
+  NEEDS(clip);
+  const TempFolder folder;
+  const auto run = analyze(clip, folder / "out", {"--every", "4"});
+  const Results results(folder / "out");
+  EXPECT_EQ(results.n, 25U);
+  EXPECT_EQ(results.summary.at("frames_without_body"), 0);
+  EXPECT_EQ(results.summary.at("background").at("uncertain"), true);
+  EXPECT_GT(std::filesystem::file_size(folder / "out/plot.png"), 10'000U);
+  EXPECT_FALSE(run.err_lines("choreoscope: warning: the background is uncertain").empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(Pose2Sim, RehearsalVideo,
+                         ::testing::Values("pose2sim_single_cam01.mp4", "pose2sim_single_cam02.mp4"));
+
+class BundledRecording : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(BundledRecording, IsAnalysedWithoutAWarning) {
+  const TempFolder folder;
+  const auto run = analyze(std::string(CHOREO_PROJECT_ROOT) + "/recordings/" + GetParam(), folder / "out", {"--every", "2"});
+  EXPECT_TRUE(run.err_lines("choreoscope: warning: ").empty()) << run.told();
+}
+
+INSTANTIATE_TEST_SUITE_P(All, BundledRecording,
+                         ::testing::Values("side-kicks.mp4", "walking.mp4", "jumping-jacks.mp4", "anti-palindrome.mp4",
+                                           "semaphore-dance.mp4"));
+
+}  // namespace
+}  // namespace choreo::test
