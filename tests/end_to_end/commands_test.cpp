@@ -93,13 +93,15 @@ TEST_F(Commands, ConfigShowTellsWhereEveryValueComesFrom) {
 }
 
 TEST_F(Commands, ConfigCheckSaysEveryPresetOfTheProjectIsRight) {
+  int count = 0;
   const auto presets = std::filesystem::path(CHOREO_PROJECT_ROOT) / "config/presets";
-  if (!std::filesystem::exists(presets)) GTEST_SKIP() << presets << " is not there";
   for (const auto& entry : std::filesystem::directory_iterator(presets)) {
     if (entry.path().extension() != ".toml") continue;
     const auto run = choreoscope({"config", "check", entry.path().string()});
     EXPECT_EQ(run.status, 0) << run.told();
+    ++count;
   }
+  EXPECT_GE(count, 2);
 }
 
 TEST_F(Commands, VersionIsOneLineOnStandardOutput) {
