@@ -241,7 +241,7 @@ std::vector<Field> make_schema() {
       "Annealing: so many grow steps, then as many shrink steps; closes gaps up to twice as wide."));
   fields.push_back(flag(
       "mask.half_contrast_edge", [](Options& o) -> bool& { return o.mask.half_contrast_edge; },
-      "Take back edge pixels that are more wall than body."));
+      "Take back halos and edge pixels that are more wall than body."));
   fields.push_back(flag(
       "mask.drop_soft_light", [](Options& o) -> bool& { return o.mask.drop_soft_light; },
       "Take away soft shadows and glows on the wall and floor."));

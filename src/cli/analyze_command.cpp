@@ -7,6 +7,7 @@
 #include <iterator>
 #include <memory>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <utility>
 
@@ -87,8 +88,15 @@ std::vector<std::string> warnings_of(const Summary& s, const RecordStage& record
     warnings.push_back(fmt::format("frames of {} x {} pixels are looked at at {} x {} (working.rows)", size.width,
                                    size.height, s.working_size.width, s.working_size.height));
   }
-  for (const double t : s.sudden_changes_s) {
-    warnings.push_back(fmt::format("at {:.2f} s the whole picture changed: the background was learned anew", t));
+  if (!s.sudden_changes_s.empty()) {
+    // A strobe would fill the screen: the first few say enough, and the summary has them all.
+    constexpr std::size_t kShown = 5;
+    const auto shown = std::min(kShown, s.sudden_changes_s.size());
+    const std::span first(s.sudden_changes_s.data(), shown);
+    warnings.push_back(fmt::format("the whole picture changed at {:.2f} s{}: the background was learned anew",
+                                   fmt::join(first, ", "),
+                                   shown < s.sudden_changes_s.size()
+                                       ? fmt::format(" and {} times more", s.sudden_changes_s.size() - shown) : ""));
   }
   // One cause, one warning: the later ones would only repeat the first that applies.
   if (s.frames == 1) {

@@ -120,7 +120,7 @@ MaskResult BodyMasker::process(const cv::Mat& picture, double time_s) {
   }
   cv::Mat mask = difference > threshold_;
   if (options_.drop_soft_light) mask = without_soft_light(mask, picture, lit);
-  if (options_.half_contrast_edge) mask = edge_at_half_contrast(mask, difference);
+  if (options_.half_contrast_edge) mask = edge_at_half_contrast(without_halo(mask, difference), difference);
   mask = annealed(mask, options_.steps);
   if (!allowed_.empty()) mask &= allowed_;
   const int speck = static_cast<int>(std::ceil(options_.speck_percent / 100.0 * double(mask.total())));

@@ -22,7 +22,7 @@ struct MaskOptions {
   double noise_factor = 4.0;        ///< Threshold over noise where it is measured, [1, 20].
   double least_threshold = 10.0;    ///< Grey levels, [1, 255]; the measured threshold is never lower.
   int steps = 1;                    ///< Grow steps, then as many shrink steps, [0, 32].
-  bool half_contrast_edge = true;   ///< Take back edge pixels that are more wall than body.
+  bool half_contrast_edge = true;   ///< Take back halos and edge pixels that are more wall than body.
   bool drop_soft_light = true;      ///< Take away soft shadows and glows.
   bool largest_only = false;        ///< Keep the largest component alone.
   double speck_percent = 0.02;      ///< Components smaller than this share of the picture go, [0, 100].

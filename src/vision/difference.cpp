@@ -61,7 +61,10 @@ cv::Mat annealed(const cv::Mat& mask, int steps) {
   return out;
 }
 
-cv::Mat edge_at_half_contrast(const cv::Mat& mask, const cv::Mat& difference) {
+namespace {
+
+// The mask without the pixels on its edge that differ less than 1 / `parts` as much as the body within `reach` pixels.
+cv::Mat without_faint_edge(const cv::Mat& mask, const cv::Mat& difference, int reach, int parts) {
   assert(mask.type() == CV_8UC1 && difference.type() == CV_8UC1 && mask.size() == difference.size());
   const cv::Mat square = cv::getStructuringElement(cv::MORPH_RECT, {3, 3});
   cv::Mat inside;
@@ -69,7 +72,7 @@ cv::Mat edge_at_half_contrast(const cv::Mat& mask, const cv::Mat& difference) {
   cv::Mat body_difference;
   cv::bitwise_and(difference, mask, body_difference);
   cv::Mat strongest;
-  grow(body_difference, strongest, square);
+  grow(body_difference, strongest, cv::getStructuringElement(cv::MORPH_RECT, {2 * reach + 1, 2 * reach + 1}));
   cv::Mat out(mask.size(), CV_8UC1);
   for (int y = 0; y < mask.rows; ++y) {
     const auto* m = mask.ptr<std::uint8_t>(y);
@@ -77,9 +80,19 @@ cv::Mat edge_at_half_contrast(const cv::Mat& mask, const cv::Mat& difference) {
     const auto* d = difference.ptr<std::uint8_t>(y);
     const auto* s = strongest.ptr<std::uint8_t>(y);
     auto* o = out.ptr<std::uint8_t>(y);
-    for (int x = 0; x < mask.cols; ++x) o[x] = m[x] != 0 && (in[x] != 0 || 2 * d[x] >= s[x]) ? 255 : 0;
+    for (int x = 0; x < mask.cols; ++x) o[x] = m[x] != 0 && (in[x] != 0 || parts * d[x] >= s[x]) ? 255 : 0;
   }
   return out;
+}
+
+}  // namespace
+
+cv::Mat edge_at_half_contrast(const cv::Mat& mask, const cv::Mat& difference) {
+  return without_faint_edge(mask, difference, 1, 2);
+}
+
+cv::Mat without_halo(const cv::Mat& mask, const cv::Mat& difference) {
+  return without_faint_edge(without_faint_edge(mask, difference, 2, 4), difference, 2, 4);
 }
 
 cv::Mat without_specks(const cv::Mat& mask, int min_area, bool only_largest) {

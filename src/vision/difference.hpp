@@ -34,6 +34,10 @@ namespace choreo::vision {
 /// @param mask  CV_8UC1, 0 or 255.  @param difference  CV_8UC1, same size, as of `difference_luminance`.
 [[nodiscard]] cv::Mat edge_at_half_contrast(const cv::Mat& mask, const cv::Mat& difference);
 
+/// Takes back the halo that sharpening and compression draw around a body, at most two pixels wide: edge pixels that
+/// differ from the wall less than a quarter as much as the body within two pixels.
+[[nodiscard]] cv::Mat without_halo(const cv::Mat& mask, const cv::Mat& difference);
+
 /// `mask` without its connected components (8-neighbourhood) of fewer than `min_area` pixels; with `only_largest`,
 /// without all but the largest (the first in reading order among equals).
 [[nodiscard]] cv::Mat without_specks(const cv::Mat& mask, int min_area, bool only_largest);

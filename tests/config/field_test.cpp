@@ -17,9 +17,10 @@ using ::testing::Not;
 
 struct Case {
   std::string key;
-  std::string initial;            // As `show` prints the default.
   std::vector<std::string> good;  // TOML, the ends of the range among them.
   std::vector<std::string> bad;
+
+  friend void PrintTo(const Case& c, std::ostream* out) { *out << c.key; }
 };
 
 // What no number may be.
@@ -66,41 +67,35 @@ std::vector<Case> cases() {
                                            repeated("[0, 0, 1, 1]", 65)};
   return {
       {"background.from",
-       "\"auto\"",
        {"\"auto\"", "\"first:1s\"", "\"first:0.5\"", "\"first:10min\"", "\"a plate.png\"",
         R"("C:\\x \"y\" \u007f\t\n")", "'/tmp/\u00e9.png'"},
        {"\"\"", "1", "true", "\"first:\"", "\"first:0s\"", "\"first:soon\"", "\"first:-1s\"", "[\"auto\"]"}},
-      {"background.follow_exposure", "true", {"true", "false"}, kNoFlag},
-      {"background.follow_s", "20", {"0", "3600", "0.25", "-0.0"}, no_number({"-0.001", "3600.1"})},
-      {"background.sudden_percent", "60", {"1", "100", "59.5"}, no_number({"0.999", "100.1", "0"})},
-      {"background.relearn_s", "1", {"0", "60", "0.1"}, no_number({"-1", "60.1"})},
-      {"mask.threshold",
-       "\"auto\"",
-       {"\"auto\"", "255", "0.001", "12.5"},
-       no_number({"0", "-1", "255.1", "\"Auto\"", "5e-324"})},
-      {"mask.noise_factor", "4", {"1", "20", "3.7"}, no_number({"0.99", "20.1"})},
-      {"mask.least_threshold", "10", {"1", "255", "7.5"}, no_number({"0.99", "255.1"})},
-      {"mask.steps", "2", {"0", "32", "0x10"}, no_integer({"-1", "33"})},
-      {"mask.half_contrast_edge", "true", {"true", "false"}, kNoFlag},
-      {"mask.drop_soft_light", "true", {"true", "false"}, kNoFlag},
-      {"mask.largest_only", "false", {"true", "false"}, kNoFlag},
-      {"mask.speck_percent", "0.02", {"0", "100", "1e-9"}, no_number({"-0.1", "100.1"})},
-      {"mask.min_body_percent", "0.5", {"0", "100", "0.1"}, no_number({"-0.1", "100.1"})},
-      {"mask.roi", "[0, 0, 1, 1]", {"[0, 0, 1, 1]", "[0.1, 0.2, 0.3, 0.4]", "[0, 0.5, 1, 0.75]"}, kNoZone},
+      {"background.follow_exposure", {"true", "false"}, kNoFlag},
+      {"background.follow_s", {"0", "3600", "0.25", "-0.0"}, no_number({"-0.001", "3600.1"})},
+      {"background.sudden_percent", {"1", "100", "59.5"}, no_number({"0.999", "100.1", "0"})},
+      {"background.relearn_s", {"0", "60", "0.1"}, no_number({"-1", "60.1"})},
+      {"mask.threshold", {"\"auto\"", "255", "0.001", "12.5"}, no_number({"0", "-1", "255.1", "\"Auto\"", "5e-324"})},
+      {"mask.noise_factor", {"1", "20", "3.7"}, no_number({"0.99", "20.1"})},
+      {"mask.least_threshold", {"1", "255", "7.5"}, no_number({"0.99", "255.1"})},
+      {"mask.steps", {"0", "32", "0x10"}, no_integer({"-1", "33"})},
+      {"mask.half_contrast_edge", {"true", "false"}, kNoFlag},
+      {"mask.drop_soft_light", {"true", "false"}, kNoFlag},
+      {"mask.largest_only", {"true", "false"}, kNoFlag},
+      {"mask.speck_percent", {"0", "100", "1e-9"}, no_number({"-0.1", "100.1"})},
+      {"mask.min_body_percent", {"0", "100", "0.1"}, no_number({"-0.1", "100.1"})},
+      {"mask.roi", {"[0, 0, 1, 1]", "[0.1, 0.2, 0.3, 0.4]", "[0, 0.5, 1, 0.75]"}, kNoZone},
       {"mask.ignore",
-       "[]",
        {"[]", "[[0, 0, 1, 1]]", "[[0, 0, 0.5, 1], [0.25, 0.125, 1, 1.0]]", repeated("[0, 0, 1, 1]", 64)},
        std::move(no_zones)},
-      {"working.rows", "480", {"0", "1", "8640"}, no_integer({"-1", "8641"})},
-      {"motion.window_s", "0.15", {"0.001", "10", "1"}, no_number({"0", "10.1", "-1", "1e-320"})},
-      {"plot.channels", "\"both\"", {"\"both\"", "\"z\"", "\"zstar\""}, kNoWord},
-      {"plot.page", "\"light\"", {"\"light\"", "\"dark\""}, kNoWord},
-      {"plot.svg", "false", {"true", "false"}, kNoFlag},
-      {"plot.width_px", "1600", {"320", "8000"}, no_integer({"319", "8001", "-1"})},
-      {"plot.contrast", "\"full\"", {"\"full\"", "\"auto\""}, kNoWord},
-      {"plot.thumbnails", "8", {"0", "32"}, no_integer({"-1", "33"})},
+      {"working.rows", {"0", "1", "8640"}, no_integer({"-1", "8641"})},
+      {"motion.window_s", {"0.001", "10", "1"}, no_number({"0", "10.1", "-1", "1e-320"})},
+      {"plot.channels", {"\"both\"", "\"z\"", "\"zstar\""}, kNoWord},
+      {"plot.page", {"\"light\"", "\"dark\""}, kNoWord},
+      {"plot.svg", {"true", "false"}, kNoFlag},
+      {"plot.width_px", {"320", "8000"}, no_integer({"319", "8001", "-1"})},
+      {"plot.contrast", {"\"full\"", "\"auto\""}, kNoWord},
+      {"plot.thumbnails", {"0", "32"}, no_integer({"-1", "33"})},
       {"plot.thumbnails_at_s",
-       "[]",
        {"[]", "[0]", "[1.5, 1e3, 0.001]", repeated("1", 64)},
        {"1", "[-1]", "[nan]", "[inf]", "[\"1\"]", "[[1]]", repeated("1", 65)}},
   };
@@ -149,10 +144,10 @@ TEST(Settings, EveryOneOfThemSaysItsRangeAndWhatItDoes) {
 
 TEST_P(Setting, ItsDefaultIsInRangeAndReadsBack) {
   const auto& c = GetParam();
-  EXPECT_EQ(field().print(Options{}), c.initial);
+  const auto initial = field().print(Options{});
   Config config;
-  ASSERT_NO_THROW(config.load_text(file_of(c.key, c.initial), "default.toml"));
-  EXPECT_EQ(field().print(config.options()), c.initial);
+  ASSERT_NO_THROW(config.load_text(file_of(c.key, initial), "default.toml"));
+  EXPECT_EQ(field().print(config.options()), initial);
 }
 
 TEST_P(Setting, EveryValueOfItsRangeIsTakenAndPrintsAsWhatReadsBackTheSame) {
@@ -180,7 +175,7 @@ TEST_P(Setting, WhatIsOutOfRangeOrOfAnotherKindIsRefusedAtItsPlaceWithTheRange) 
     EXPECT_EQ(error->where(), "bad.toml:2:" + std::to_string(column)) << value;
     EXPECT_THAT(error->what(), HasSubstr(c.key + " is ")) << value;
     EXPECT_EQ(error->hint(), c.key + " is " + field().range);
-    EXPECT_EQ(field().print(config.options()), c.initial) << "nothing has changed";
+    EXPECT_EQ(field().print(config.options()), field().print(Options{})) << "nothing has changed";
     EXPECT_EQ(config.origin(c.key), "default");
   }
 }

@@ -142,8 +142,9 @@ TEST_P(Runner, EveryTakesTheFirstOfEachNWithinTheSpan) {
 }
 
 TEST_P(Runner, TimesCountFromTheSourcesFirstFrameEvenIfTheSpanBeginsLater) {
-  const auto seen = seen_with("3.8:", 1, 1h);
-  EXPECT_THAT(seen, ElementsAre(Seen(0, 3800ms, 38), Seen(1, 3900ms, 39)));
+  for (const auto begin : {Nanoseconds(1h), Nanoseconds(-1h)}) {
+    EXPECT_THAT(seen_with("3.7:3.9", 1, begin), ElementsAre(Seen(0, 3700ms, 37), Seen(1, 3800ms, 38)));
+  }
 }
 
 TEST_P(Runner, ReadsNoFurtherThanTheSpan) {
