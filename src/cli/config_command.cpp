@@ -12,6 +12,26 @@
 namespace choreo::cli {
 namespace {
 
+constexpr auto kExamples = R"(
+Examples:
+  choreoscope config show > my.toml
+  choreoscope config check my.toml
+  choreoscope config show --config my.toml --set mask.threshold=18)";
+
+constexpr auto kShowExamples = R"(
+What it prints is a configuration file with every setting in it, each with its
+unit, its range, and where its value comes from.
+
+Examples:
+  choreoscope config show > my.toml
+  choreoscope config show --config my.toml --set mask.threshold=18)";
+
+constexpr auto kCheckExamples = R"(
+Exit status 0 where it is right, else 2 and the line and column of the mistake.
+
+Example:
+  choreoscope config check my.toml)";
+
 struct ConfigOptions {
   std::string file;
   std::vector<std::string> assignments;
@@ -29,6 +49,7 @@ config::Config load(const ConfigOptions& options) {
 void declare_config(CLI::App& app, Command& chosen) {
   auto* command = app.add_subcommand("config", "show every setting with its origin, or check a file");
   command->require_subcommand(1);
+  command->footer(kExamples);
 
   auto show = std::make_shared<ConfigOptions>();
   auto* show_command = command->add_subcommand("show", "print every setting: meaning, range, value, origin; as TOML");
@@ -43,9 +64,12 @@ void declare_config(CLI::App& app, Command& chosen) {
     };
   });
 
+  show_command->footer(kShowExamples);
+
   auto check = std::make_shared<ConfigOptions>();
   auto* check_command = command->add_subcommand("check", "say whether a configuration file is right");
   check_command->add_option("FILE", check->file, "a TOML file")->required();
+  check_command->footer(kCheckExamples);
   check_command->callback([check, &chosen] {
     chosen = [check](Session&) {
       (void)load(*check);

@@ -27,7 +27,21 @@ SCRIPT is a name with settings behind it, as in synthetic://SCRIPT:
   choreoscope synth 'jumping-jacks?size=640x480&fps=30&seed=1&noise=3' -o jacks.mkv
 writes jacks.mkv (FFV1, without loss), jacks.masks.mkv (the true silhouette) and
 jacks.truth.json (looks, and the joint angles of every frame). With -o clip.mp4
-the picture is H.264; the masks stay without loss.)";
+the picture is H.264; the masks stay without loss.
+
+Settings, with their ranges and defaults:
+  size=WxH     pixels, 16x16 to 3840x2160, default 640x480
+  fps=N        frames a second, 1 to 240, default 30
+  seed=N       of looks, style and noise, default 1; the same seed, the same bytes
+  duration=T   seconds of performance, to 36000, default the script's own
+  empty=T      seconds of empty room before it, 0 to 60, default 1
+  tail=T       and after it, 0 to 60, default 0
+  noise=N      of the sensor, grey levels (standard deviation), 0 to 30, default 3
+  drift=N      of the light, grey levels a minute, -60 to 60, default 0
+  flicker=N    of the light, grey levels, 0 to 30, default 0
+  shake=N      of the camera, pixels, 0 to 10, default 0
+  build= skin= clothes=   default auto: by the seed
+  text= rate=  what semaphore says, and letters a minute, 4 to 60, default 12)";
 
 // clip.mkv -> clip + ".masks.mkv" and the like.
 fs::path beside(const fs::path& clip, const std::string& ending) {

@@ -69,7 +69,7 @@ TEST(AnalyzeOutputs, AllFilesAreThereAndAgreeOnTheNumberOfFrames) {
   EXPECT_EQ(r.summary["background"]["uncertain"], false);
   EXPECT_EQ(r.summary["interrupted"], false);
   EXPECT_EQ(r.summary["warnings"], nlohmann::json::array());
-  EXPECT_EQ(r.summary["settings"]["mask.steps"], 2);
+  EXPECT_EQ(r.summary["settings"]["working.rows"], 480);
   EXPECT_TRUE(r.summary["timings"].contains("stages"));
   EXPECT_EQ(r.summary["files"].size(), wanted.size());
   for (const auto* name : {"plot.png", "triangle.png"}) {

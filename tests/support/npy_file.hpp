@@ -2,9 +2,11 @@
 // Reads .npy files, version 1.0, by the letter of their specification.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <fstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -24,26 +26,27 @@ struct NpyFile {
     return product;
   }
 
-  /// All values, row by row. @throws std::runtime_error where the file has another length than its shape says.
+  /// All values, row by row.
   template <typename T>
   [[nodiscard]] std::vector<T> values() const {
-    if (data.size() != count() * sizeof(T)) throw std::runtime_error("the array has another length than its shape");
+    if (data.size() != count() * sizeof(T)) throw std::runtime_error("values of another size than " + dtype);
     std::vector<T> all(count());
     if (!all.empty()) std::memcpy(all.data(), data.data(), data.size());
     return all;
   }
 };
 
+/// Reads all of it, or of the first dimension only `count` items from item `first` on: of large files.
 /// @throws std::runtime_error where it is missing or not such a file.
-inline NpyFile read_npy(const std::string& path) {
-  const auto bytes = read_bytes(path);
-  const std::string magic("\x93NUMPY\x01\x00", 8);
-  if (bytes.size() < 10 || std::memcmp(bytes.data(), magic.data(), 8) != 0)
-    throw std::runtime_error(path + ": no .npy");
-  const std::size_t length = bytes[8] + 256U * bytes[9];
-  if (bytes.size() < 10 + length || (10 + length) % 64 != 0)
-    throw std::runtime_error(path + ": header cut or unaligned");
-  const std::string header(bytes.begin() + 10, bytes.begin() + static_cast<std::ptrdiff_t>(10 + length));
+inline NpyFile read_npy(const std::string& path, std::size_t first = 0, std::size_t count = SIZE_MAX) {
+  std::ifstream in(path, std::ios::binary);
+  std::string prefix(10, '\0');
+  in.read(prefix.data(), 10);
+  if (!in || !prefix.starts_with(std::string("\x93NUMPY\x01\x00", 8))) throw std::runtime_error(path + ": no .npy");
+  const auto byte = [&](std::size_t i) { return static_cast<std::size_t>(static_cast<unsigned char>(prefix[i])); };
+  std::string header(byte(8) + 256 * byte(9), '\0');
+  in.read(header.data(), static_cast<std::streamsize>(header.size()));
+  if (!in || (10 + header.size()) % 64 != 0) throw std::runtime_error(path + ": header cut or unaligned");
   const auto behind = [&](const std::string& key) {
     const auto at = header.find("'" + key + "':");
     if (at == std::string::npos) throw std::runtime_error(path + ": no " + key);
@@ -63,7 +66,22 @@ inline NpyFile read_npy(const std::string& path) {
     file.shape.push_back(std::stoul(tuple.substr(i), &digits));
     i += digits;
   }
-  file.data.assign(bytes.begin() + static_cast<std::ptrdiff_t>(10 + length), bytes.end());
+  in.seekg(0, std::ios::end);
+  const auto begin = 10 + header.size();
+  const auto bytes = static_cast<std::size_t>(in.tellg()) - begin;
+  // The last character of the type is its size: <f4, <f8, |u1.
+  if (bytes != file.count() * static_cast<std::size_t>(file.dtype.back() - '0')) {
+    throw std::runtime_error(path + ": the file has another length than its shape says");
+  }
+  const auto items = file.shape.empty() ? 1 : file.shape[0];
+  if (first > items) throw std::runtime_error(path + ": has fewer items");
+  const auto taken = std::min(count, items - first);
+  const auto item_bytes = items == 0 ? 0 : bytes / items;
+  if (!file.shape.empty()) file.shape[0] = taken;
+  file.data.resize(taken * item_bytes);
+  in.seekg(static_cast<std::streamoff>(begin + first * item_bytes));
+  in.read(reinterpret_cast<char*>(file.data.data()), static_cast<std::streamsize>(file.data.size()));
+  if (!in) throw std::runtime_error(path + ": cannot be read");
   return file;
 }
 
