@@ -52,7 +52,7 @@ std::unique_ptr<Source> Registry::open(const std::string& source, const OpenOpti
     const auto status = std::filesystem::status(uri.location, problem);
     if (status.type() == std::filesystem::file_type::not_found) {
       throw usage_error(fmt::format("\"{}\" does not exist", uri.location), {},
-                        "a source is a video file, a folder of numbered images, or a URI such as synthetic://walk");
+                        "a source is a video file, a folder of numbered images, or a URI such as synthetic://walking");
     }
     if (problem) throw usage_error(fmt::format("\"{}\" cannot be read: {}", uri.location, problem.message()));
     uri.scheme = std::filesystem::is_directory(status) ? "folder" : "file";

@@ -14,7 +14,7 @@ namespace choreo::devices {
 namespace {
 
 constexpr std::string_view kHowToWrite =
-    "write a path or URI with settings behind a question mark, such as clip.mkv?rotate=90 or synthetic://walk?seed=2";
+    "write a path or URI with settings behind a question mark, such as clip.mkv?rotate=90 or synthetic://walking?seed=2";
 
 // What the server behind such an address does with its query is its own business.
 constexpr std::array<std::string_view, 8> kNetworkSchemes = {"http", "https", "rtsp", "rtmp", "srt", "udp", "tcp", "rtp"};

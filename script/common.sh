@@ -26,13 +26,16 @@ install_packages() {
     die "packages could not be installed"
 }
 
-# build PRESET [TARGET...]: configures where needed and builds; quiet while all goes well.
+# build PRESET [TARGET...]: configures and builds; quiet while all goes well. Configures every time: packages that were
+# installed since, such as those of the tests, are found only then.
 build() {
   local preset=$1 log
   shift
   log=$(mktemp)
-  if [ ! -e "$root/build/$preset/build.ninja" ]; then
-    (cd "$root" && cmake --preset "$preset" ${CHOREO_CMAKE_ARGS:-}) >"$log" 2>&1 || { cat "$log" >&2; rm -f "$log"; die "configuring failed"; }
+  if ! (cd "$root" && cmake --preset "$preset" ${CHOREO_CMAKE_ARGS:-}) >"$log" 2>&1; then
+    cat "$log" >&2
+    rm -f "$log"
+    die "configuring failed"
   fi
   if ! cmake --build "$root/build/$preset" ${1:+--target "$@"} >"$log" 2>&1; then
     grep -vE '^\[[0-9]+/[0-9]+\]' "$log" >&2

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <memory>
@@ -65,7 +66,10 @@ source), 130 interrupted: what was computed until then is written.)";
 cv::Mat read_plate(const std::string& path) {
   cv::Mat plate;
   try {
-    std::ifstream file(path, std::ios::binary);
+    // A pipe or a device may never end.
+    std::error_code problem;
+    std::ifstream file;
+    if (std::filesystem::is_regular_file(path, problem)) file.open(path, std::ios::binary);
     const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
     // Half a picture would be half a room.
     if (devices::is_whole_picture(bytes)) plate = cv::imdecode(bytes, cv::IMREAD_COLOR);
@@ -263,11 +267,15 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   summary.warnings = warnings_of(summary, record, learned->source->warnings());
   outputs::write_file(files.add("summary.json"), to_json(summary, config));
   if (session.interrupt.now().stop_requested()) throw Interrupted{};
+  // What an earlier run wrote and this one did not would belong to another recording.
+  for (const auto* name : {"masks.npy", "plot.svg", "triangle.svg"}) {
+    if (std::find(summary.files.begin(), summary.files.end(), name) == summary.files.end()) files.supersede(name);
+  }
   files.commit();
 
   for (const auto& line : timing_table(summary)) console.say(line);
   for (const auto& warning : summary.warnings) console.warn(warning);
-  fmt::print("{} frames, {} with a body\n", n, record.bodies());
+  fmt::print("{} frame{}, {} with a body\n", n, n == 1 ? "" : "s", record.bodies());
   for (const auto& name : summary.files) fmt::print("{}\n", (files.folder() / name).string());
   // Also where all frames were read before: whoever stops a batch wants the batch to stop.
   return stop.stop_requested() ? kInterrupted : kDone;

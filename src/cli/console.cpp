@@ -36,7 +36,8 @@ void Console::progress(std::string_view step, double share) {
     shown_ = -1;
   }
   // A whole hundred is said when the step is over: sources lie about their length.
-  const int percent = std::clamp(static_cast<int>(share * 100.0), 0, 99);
+  // The comparison also turns what is no number, of a source without length, into nothing done.
+  const int percent = share > 0 ? static_cast<int>(std::min(share, 0.99) * 100.0) : 0;
   if (terminal_) {
     constexpr int kWidth = 30;
     if (percent == shown_) return;

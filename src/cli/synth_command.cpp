@@ -73,8 +73,13 @@ int synth(const SynthOptions& options, Session& session) {
   outputs::VideoOptions mask_options;
   mask_options.grey = true;
   mask_options.rate = clip_options.rate;
-  outputs::VideoWriter clip(clip_path.string(), settings.size, clip_options);
-  outputs::VideoWriter masks(beside(clip_path, ".masks.mkv").string(), settings.size, mask_options);
+  clip_options.container = clip_path.extension() == ".mp4" ? outputs::VideoContainer::kMp4 : outputs::VideoContainer::kMatroska;
+  mask_options.container = outputs::VideoContainer::kMatroska;
+  const auto masks_path = beside(clip_path, ".masks.mkv");
+  const auto truth_path = beside(clip_path, ".truth.json");
+  outputs::VideoWriter clip(folder.add(clip_path.filename().string()).string(), settings.size, clip_options);
+  outputs::VideoWriter masks(folder.add(masks_path.filename().string()).string(), settings.size, mask_options);
+  const auto truth_file = folder.add(truth_path.filename().string());
 
   nlohmann::ordered_json truth;
   truth["made_by"] = fmt::format("choreoscope synth '{}'", options.script);
@@ -96,12 +101,11 @@ int synth(const SynthOptions& options, Session& session) {
     session.console.progress("filming " + request.script, double(i) / double(performer.frame_count()));
   }
   session.console.finish_progress();
-  const auto truth_path = beside(clip_path, ".truth.json");
-  outputs::write_file(folder.add(truth_path.filename().string()), truth.dump(1) + "\n");
+  outputs::write_file(truth_file, truth.dump(1) + "\n");
   clip.close();
   masks.close();
   folder.commit();
-  fmt::print("{}\n{}\n{}\n", clip_path.string(), beside(clip_path, ".masks.mkv").string(), truth_path.string());
+  fmt::print("{}\n{}\n{}\n", clip_path.string(), masks_path.string(), truth_path.string());
   return kDone;
 }
 

@@ -86,6 +86,8 @@ fs::path OutputSet::add(const std::string& name) {
   return file.temporary;
 }
 
+void OutputSet::supersede(const std::string& name) { superseded_.push_back(folder_ / name); }
+
 void OutputSet::commit() {
   for (const auto& file : files_) {
     std::error_code problem;
@@ -93,6 +95,10 @@ void OutputSet::commit() {
     if (problem) throw failure(fmt::format("\"{}\" cannot be written: {}", file.final.string(), problem.message()));
   }
   files_.clear();
+  for (const auto& path : superseded_) {
+    std::error_code ignored;  // Not there, or a folder of the user's.
+    if (fs::is_regular_file(path, ignored)) fs::remove(path, ignored);
+  }
 }
 
 std::string final_name(const fs::path& path) {

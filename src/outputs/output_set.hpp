@@ -29,6 +29,9 @@ class OutputSet {
   /// @throws Error (usage) where a folder has that name already.
   [[nodiscard]] std::filesystem::path add(const std::string& name);
 
+  /// Has `commit` remove the file `folder / name` of an earlier run, if there is one.
+  void supersede(const std::string& name);
+
   /// Gives every file that was added its final name.
   /// @throws Error (failure)
   void commit();
@@ -43,6 +46,7 @@ class OutputSet {
   std::filesystem::path folder_;
   std::vector<std::filesystem::path> made_folders_;  // Innermost last.
   std::vector<File> files_;
+  std::vector<std::filesystem::path> superseded_;
 };
 
 /// The final name of a path that `OutputSet::add` gave; any other path as it is. For messages: nobody knows or finds the

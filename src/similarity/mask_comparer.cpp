@@ -53,8 +53,10 @@ MaskComparer::MaskComparer(std::span<const std::unique_ptr<const body::MaskState
     if (state) canvas_ = canvas_.empty() ? state->box() : (canvas_ | state->box());
   }
   // The empty columns between which a string may be shifted.
-  canvas_.x -= 1;
-  canvas_.width += 2;
+  if (!canvas_.empty()) {
+    canvas_.x -= 1;
+    canvas_.width += 2;
+  }
   const auto bits = std::size_t(canvas_.width) * std::size_t(canvas_.height);
   bytes_ = ((bits + 7) / 8 + kBitAlignment - 1) / kBitAlignment * kBitAlignment;
   bits_.reset(allocate_bits(2 * bytes_ * states.size()));
