@@ -81,7 +81,7 @@ void Config::load_file(const std::filesystem::path& path) {
   std::error_code problem;
   const auto status = std::filesystem::status(path, problem);
   if (status.type() == std::filesystem::file_type::not_found) {
-    throw usage_error("no such configuration file", name, "ready-made ones lie in config/presets");
+    throw usage_error("no such configuration file", name, "`choreoscope config show` prints one");
   }
   if (std::filesystem::is_directory(status)) throw usage_error("is a folder, not a configuration file", name);
   std::ifstream file(path, std::ios::binary);

@@ -153,8 +153,7 @@ std::optional<vision::Zone> zone_of(const toml::node& node) {
   const auto n = numbers_of(node);
   if (!n || n->size() != 4) return std::nullopt;
   const vision::Zone zone{(*n)[0], (*n)[1], (*n)[2], (*n)[3]};
-  const bool fits = zone.x0 >= 0 && zone.x0 < zone.x1 && zone.x1 <= 1 && zone.y0 >= 0 && zone.y0 < zone.y1 && zone.y1 <= 1;
-  return fits ? std::optional(zone) : std::nullopt;
+  return zone.valid() ? std::optional(zone) : std::nullopt;
 }
 
 std::string print_zone(const vision::Zone& z) { return fmt::format("[{}, {}, {}, {}]", z.x0, z.y0, z.x1, z.y1); }

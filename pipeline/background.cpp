@@ -83,13 +83,22 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
                                   plate.cols, plate.rows, source->info().name, frame_size.width, frame_size.height),
                       {}, "take the plate with the same camera and settings as the recording");
   }
-  EvenSampler sampler(EvenSampler::most_of(size));
+  EvenSampler<cv::Mat> sampler(most_pictures(size));
   vision::QuietStretches quiet;
   std::deque<devices::FramePtr> kept;
   std::optional<Nanoseconds> origin;
   // A given plate still needs some pictures: the sensor's noise is in them, not in the plate.
   constexpr Nanoseconds kNoiseTime = std::chrono::seconds(1);
-  while (auto frame = source->read(stop)) {
+  // A recording that breaks off teaches with what it has: whether a chosen frame is lost shows when those are read.
+  const auto next = [&] {
+    try {
+      return source->read(stop);
+    } catch (const Error& error) {
+      if (!repeatable || !origin || error.fault() != Fault::kFailure) throw;
+      return devices::FramePtr();
+    }
+  };
+  while (auto frame = next()) {
     if (!origin) origin = frame->device_time;
     const auto time = frame->device_time - *origin;
     if (!repeatable) kept.push_back(frame);
@@ -104,7 +113,7 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
     }
   }
   if (stop.stop_requested()) return std::nullopt;
-  const auto& pictures = sampler.pictures();
+  const auto& pictures = sampler.kept();
   if (pictures.empty()) refuse_empty(*source);
 
   if (given) {

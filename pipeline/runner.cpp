@@ -27,7 +27,7 @@ class Reader {
       if (selection_.past(number, time)) return nullptr;
       ++frames_read_;
       // What lies behind the span is not looked at: it may be broken.
-      done_ = number == selection_.last_frame;
+      done_ = number >= selection_.last_frame;
       if (selection_.before(number, time)) continue;
       if (in_span_++ % selection_.every != 0) continue;
       auto observation = std::make_unique<Observation>();

@@ -99,7 +99,7 @@ class ImageFolder final : public Source {
                     {}, "bring all pictures of the folder to one size");
     }
     auto frame = std::make_shared<Frame>();
-    frame->sequence = sequence_++;
+    frame->sequence = index;
     frame->device_time = time_of(index);
     frame->bgr = std::move(waiting_);
     waiting_ = cv::Mat();
@@ -136,7 +136,6 @@ class ImageFolder final : public Source {
   std::vector<std::string> names_;
   SourceInfo info_;
   std::size_t next_ = 0;
-  std::uint64_t sequence_ = 0;
   cv::Mat waiting_;
   std::size_t unreadable_ = 0;
   std::string first_unreadable_;

@@ -92,7 +92,7 @@ class VideoFile final : public Source {
     }
     if (timeline_.mended() > 0) {
       all.push_back(fmt::format("\"{}\": {} of {} time stamps were missing or did not increase, and were mended",
-                                location_, timeline_.mended(), sequence_));
+                                location_, timeline_.mended(), delivered_));
     }
     if (!truncated.empty()) all.push_back(fmt::format("\"{}\" {}", location_, truncated));
     return all;
@@ -138,7 +138,7 @@ class VideoFile final : public Source {
 
     auto out = std::make_shared<Frame>();
     out->bgr = pictures_.make(*frame_, shape.sample_aspect, shape.orientation);
-    out->sequence = sequence_++;
+    out->sequence = delivered_++ + stream_.damaged();
     out->device_time = time;
 
     if (!first_time_) first_time_ = time;
@@ -197,7 +197,7 @@ class VideoFile final : public Source {
   Orientation orientation_;
   Shape shape_;
   SourceInfo info_;
-  std::uint64_t sequence_ = 0;
+  std::uint64_t delivered_ = 0;
   std::optional<Nanoseconds> first_time_;
   std::optional<Nanoseconds> last_time_;
   Nanoseconds last_end_{0};

@@ -2,7 +2,6 @@
 #include "body/mask_state.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cassert>
 #include <cmath>
 

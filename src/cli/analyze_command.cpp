@@ -85,7 +85,8 @@ cv::Mat read_plate(const std::string& path) {
   return plate;
 }
 
-std::vector<std::string> warnings_of(const Summary& s, const RecordStage& record, std::vector<std::string> of_source) {
+std::vector<std::string> warnings_of(const Summary& s, const config::Options& settings, const RecordStage& record,
+                                     std::vector<std::string> of_source) {
   auto warnings = std::move(of_source);
   const auto& size = s.source.size;
   if (std::max(size.width, size.height) > 4096) {
@@ -102,6 +103,12 @@ std::vector<std::string> warnings_of(const Summary& s, const RecordStage& record
                                    shown < s.sudden_changes_s.size()
                                        ? fmt::format(" and {} times more", s.sudden_changes_s.size() - shown) : ""));
   }
+  const auto beyond = std::find_if(settings.plot.thumbnails_at_s.begin(), settings.plot.thumbnails_at_s.end(),
+                                   [&](double t) { return t > s.last_time_s; });
+  if (beyond != settings.plot.thumbnails_at_s.end()) {
+    warnings.push_back(fmt::format("plot.thumbnails_at_s: {} s lies behind the last frame, at {:.3f} s", *beyond,
+                                   s.last_time_s));
+  }
   // One cause, one warning: the later ones would only repeat the first that applies.
   if (s.frames == 1) {
     warnings.emplace_back("there is only one frame: nothing to compare it with");
@@ -111,7 +118,7 @@ std::vector<std::string> warnings_of(const Summary& s, const RecordStage& record
     if (s.background.uncertain()) {
       warnings.push_back(fmt::format(
           "the background is uncertain: {:.0f} % of the body stands before wall that was never seen; give a plate with "
-          "--background, or leave the room empty for a second", 100.0 * s.background.unseen));
+          "--background, or leave the room empty for a second; if something else moves, see mask.roi and mask.ignore", 100.0 * s.background.unseen));
     }
     if (record.cut_bodies() > 0) {
       warnings.push_back(fmt::format("the body is cut by the picture's border in {} of {} frames", record.cut_bodies(),
@@ -130,7 +137,12 @@ outputs::PlotOptions plot_options(const Summary& s, const config::PlotSettings& 
   options.width_px = settings.width_px;
   if (settings.contrast == "auto") options.range.reset();
   options.dark = settings.page == "dark";
-  options.title = s.source.name;
+  // Where a recording lies is nobody's business who reads the paper.
+  options.title = std::filesystem::path(s.source.name.substr(0, s.source.name.find('?'))).filename().string();
+  if (options.title.empty() || s.source.name.find("://") != std::string::npos) options.title = s.source.name;
+  if (s.background.uncertain()) {
+    options.subtitle = fmt::format("uncertain background: {:.0f} % of the body before wall never seen", 100.0 * s.background.unseen);
+  }
   return options;
 }
 
@@ -264,7 +276,7 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   summary.last_time_s = times.back();
   summary.sudden_changes_s = record.sudden_changes_s();
   summary.interrupted = summary.run.interrupted;
-  summary.warnings = warnings_of(summary, record, learned->source->warnings());
+  summary.warnings = warnings_of(summary, settings, record, learned->source->warnings());
   outputs::write_file(files.add("summary.json"), to_json(summary, config));
   if (session.interrupt.now().stop_requested()) throw Interrupted{};
   // What an earlier run wrote and this one did not would belong to another recording.

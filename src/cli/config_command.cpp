@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "cli/commands.hpp"
+#include "cli/presets.hpp"
 #include "config/config.hpp"
 
 namespace choreo::cli {
@@ -24,7 +25,7 @@ unit, its range, and where its value comes from.
 
 Examples:
   choreoscope config show > my.toml
-  choreoscope config show --config my.toml --set mask.threshold=18)";
+  choreoscope config show --config stage --set mask.threshold=18)";
 
 constexpr auto kCheckExamples = R"(
 Exit status 0 where it is right, else 2 and the line and column of the mistake.
@@ -39,7 +40,7 @@ struct ConfigOptions {
 
 config::Config load(const ConfigOptions& options) {
   config::Config config;
-  if (!options.file.empty()) config.load_file(options.file);
+  if (!options.file.empty()) config.load_file(find_configuration(options.file));
   for (const auto& assignment : options.assignments) config.set(assignment);
   return config;
 }
@@ -53,7 +54,7 @@ void declare_config(CLI::App& app, Command& chosen) {
 
   auto show = std::make_shared<ConfigOptions>();
   auto* show_command = command->add_subcommand("show", "print every setting: meaning, range, value, origin; as TOML");
-  show_command->add_option("--config", show->file, "settings from a TOML file")->type_name("FILE");
+  show_command->add_option("--config", show->file, "settings from a TOML file or a preset")->type_name("FILE");
   show_command->add_option("--set", show->assignments, "one setting; may be repeated")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/source_options.hpp"
 
+#include "cli/presets.hpp"
 #include "core/error.hpp"
+#include "core/text.hpp"
 
 namespace choreo::cli {
 namespace {
@@ -16,7 +18,7 @@ void SourceOptions::declare(CLI::App& command) {
                      "a video file or network address, a folder of numbered images (folder?fps=25), or\n"
                      "synthetic://SCRIPT?size=640x480&fps=30&seed=1&noise=3; all take rotate=90 and flip=horizontal")
       ->required();
-  command.add_option("--config", config_file, "settings from a TOML file; ready-made ones lie in config/presets")
+  command.add_option("--config", config_file, "settings from a TOML file, or a preset: " + join(preset_names()))
       ->type_name("FILE");
   command.add_option("--set", assignments, "one setting; may be repeated (choreoscope config show lists them)")
       ->type_name("KEY=VALUE")
@@ -32,17 +34,16 @@ void SourceOptions::declare(CLI::App& command) {
                      "only the frames from A to B: seconds, half open (1.5:3), or the source's\n"
                      "frames counted from 1, both ends in (1f:468f)")
       ->type_name("A:B");
-  command.add_option("--threads", threads, "processor cores to use (0 to 1024, default 0: all); never changes a result")
+  command.add_option("--threads", threads, "threads to use (0 to 1024, default 0: one a core); never changes a result")
       ->type_name("N")
       ->check(kNotEmpty);
 }
 
 config::Config SourceOptions::configuration() const {
   config::Config config;
-  if (!config_file.empty()) config.load_file(config_file);
+  if (!config_file.empty()) config.load_file(find_configuration(config_file));
   for (const auto& assignment : assignments) config.set(assignment);
   if (background) config.set_text("background.from", *background, "--background");
-  config.options().mask.validate();
   return config;
 }
 

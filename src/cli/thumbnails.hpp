@@ -8,6 +8,7 @@
 
 #include "body/mask_state.hpp"
 #include "outputs/plot.hpp"
+#include "pipeline/even_sampler.hpp"
 
 namespace choreo::cli {
 
@@ -32,14 +33,14 @@ class ThumbnailKeeper {
     cv::Rect box;     // Around the centroid.
     cv::Mat picture;  // CV_8UC4.
   };
-  void keep(const cv::Mat& picture, const cv::Mat& mask, const body::MaskState& state, double time_s);
+  [[nodiscard]] static Kept cut_out(const cv::Mat& picture, const cv::Mat& mask, const body::MaskState& state,
+                                    double time_s);
 
   std::size_t count_;
   std::vector<double> times_s_;  // Sorted; asked for.
   std::size_t next_time_ = 0;
-  std::size_t seen_ = 0;
-  std::size_t step_ = 1;
-  std::vector<Kept> kept_;
+  std::vector<Kept> at_times_;
+  pipeline::EvenSampler<Kept> evenly_;
 };
 
 }  // namespace choreo::cli

@@ -55,7 +55,12 @@ std::optional<std::string> nearest_name(std::string_view name, std::span<const s
       best_distance = distance;
     }
   }
-  return best;
+  if (best || name.size() < 3) return best;
+  // Not mistyped, but not all of it typed.
+  const auto begun = std::find_if(candidates.begin(), candidates.end(), [&](const auto& candidate) {
+    return candidate.starts_with(name) && !candidate.substr(name.size()).starts_with('.');
+  });
+  return begun == candidates.end() ? best : std::optional(*begun);
 }
 
 std::size_t utf8_length(std::string_view text) {

@@ -19,7 +19,8 @@ namespace choreo {
 /// Edit distance with insertion, deletion, substitution and transposition of neighbours (optimal string alignment).
 [[nodiscard]] std::size_t edit_distance(std::string_view a, std::string_view b);
 
-/// The candidate nearest to `name`, if it is near enough that a person could have meant it.
+/// The candidate nearest to `name`, if it is near enough that a person could have meant it; else the first that
+/// begins with it (but "mask" is a section of "mask.steps", not its beginning).
 [[nodiscard]] std::optional<std::string> nearest_name(std::string_view name, std::span<const std::string> candidates);
 
 /// Bytes from the front of `text` that are one well-formed UTF-8 character; 0 where it begins with none.

@@ -89,6 +89,12 @@ fs::path OutputSet::add(const std::string& name) {
 void OutputSet::supersede(const std::string& name) { superseded_.push_back(folder_ / name); }
 
 void OutputSet::commit() {
+  // All or nothing, as far as can be foreseen.
+  for (const auto& file : files_) {
+    if (::access(file.temporary.c_str(), F_OK) == 0) continue;
+    const auto cause = std::generic_category().message(errno);
+    throw failure(fmt::format("\"{}\" cannot be written: {}", file.final.string(), cause));
+  }
   for (const auto& file : files_) {
     std::error_code problem;
     fs::rename(file.temporary, file.final, problem);

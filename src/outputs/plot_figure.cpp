@@ -20,6 +20,7 @@ constexpr double kTitleSize = 1.25;
 constexpr double kSmall = 0.85;
 constexpr double kTick = 0.45;
 constexpr double kKeySide = 5.2;
+constexpr double kKeyNumbers = 3.4;  // Room for the numbers beside the key, 0.123 at the widest.
 constexpr double kThumbnailHeight = 6.0;
 constexpr double kLabelRow = 1.75;  // From the axis to the base line of its labels.
 constexpr double kTitleRow = 3.4;   // From the axis to the base line of its title.
@@ -249,7 +250,7 @@ void Figure::draw_thumbnails(Canvas& canvas, const std::vector<Obstacle>& obstac
 double Figure::key_width() const {
   const double plate = options_.channels == PlotChannels::kBoth ? kKeySide + 2.6 : 11.0;
   const bool beside = gaps_ && options_.channels == PlotChannels::kBoth;
-  return plate * em_ + (beside ? 2.6 * em_ + meter_.width("no body", kSmall * em_) : 0.0);
+  return plate * em_ + (beside ? kKeyNumbers * em_ + meter_.width("no body", kSmall * em_) : 0.0);
 }
 
 void Figure::draw_key(Canvas& canvas) const {
@@ -295,7 +296,7 @@ void Figure::draw_square_key(Canvas& canvas, double right, double top) const {
   put({beside, y + side / 2 + kCap * em_}, "Z*", Anchor::kEnd, true);
   if (!gaps_) return;
   const double swatch = std::round(0.9 * em_);
-  const double text_x = x - 2.6 * em_;
+  const double text_x = x - kKeyNumbers * em_;
   const double swatch_x = std::round(text_x - meter_.width("no body", kSmall * em_) - 0.45 * em_ - swatch);
   canvas.fill({swatch_x, y + side - swatch, swatch, swatch}, inks_.gap);
   put({text_x, y + side - 0.12 * em_}, "no body", Anchor::kEnd, false);

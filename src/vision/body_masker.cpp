@@ -25,8 +25,7 @@ void check(bool fits, const char* option, double value, const char* range) {
 }
 
 void check_zone(const Zone& zone, const char* option) {
-  const bool fits = zone.x0 >= 0 && zone.x0 < zone.x1 && zone.x1 <= 1 && zone.y0 >= 0 && zone.y0 < zone.y1 && zone.y1 <= 1;
-  if (!fits) {
+  if (!zone.valid()) {
     throw usage_error(fmt::format("{} is [{}, {}, {}, {}]", option, zone.x0, zone.y0, zone.x1, zone.y1), {},
                       fmt::format("{} is [left, top, right, bottom] in fractions of the picture, 0 to 1, left before "
                                   "right and top before bottom", option));

@@ -13,6 +13,7 @@ namespace choreo::vision {
 /// A rectangle in fractions of the picture, so that it fits any size: 0 <= x0 < x1 <= 1, likewise y.
 struct Zone {
   double x0 = 0, y0 = 0, x1 = 1, y1 = 1;
+  [[nodiscard]] bool valid() const { return 0 <= x0 && x0 < x1 && x1 <= 1 && 0 <= y0 && y0 < y1 && y1 <= 1; }
   friend bool operator==(const Zone&, const Zone&) = default;
 };
 

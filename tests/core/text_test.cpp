@@ -33,6 +33,7 @@ TEST(Text, TheNearestNameIsOnlyNamedWhenSomebodyCouldHaveMeantIt) {
   const std::vector<std::string> names = {"threshold", "steps", "roi"};
   EXPECT_EQ(nearest_name("treshold", names), "threshold");
   EXPECT_EQ(nearest_name("step", names), "steps");
+  EXPECT_EQ(nearest_name("thr", names), "threshold") << "its beginning";
   EXPECT_FALSE(nearest_name("colour", names));
   EXPECT_FALSE(nearest_name("", names));
   EXPECT_FALSE(nearest_name(std::string(1 << 20, 'x'), names));

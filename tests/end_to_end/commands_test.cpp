@@ -104,6 +104,19 @@ TEST_F(Commands, ConfigCheckSaysEveryPresetOfTheProjectIsRight) {
   EXPECT_GE(count, 2);
 }
 
+TEST_F(Commands, APresetIsCalledByItsNameUnlessAFileHasIt) {
+  const auto by_name = choreoscope({"config", "show", "--config", "stage"});
+  EXPECT_EQ(by_name.status, 0) << by_name.told();
+  EXPECT_THAT(by_name.out, HasSubstr("config/presets/stage.toml:"));
+  write_bytes(folder_ / "stage", std::string("[mask]\nsteps = 7\n"));
+  RunOptions there;
+  there.folder = folder_.path();
+  EXPECT_THAT(choreoscope({"config", "show", "--config", "stage"}, there).out, HasSubstr("steps = 7  # stage:2"));
+  const auto neither = choreoscope({"config", "show", "--config", "stagger"});
+  EXPECT_THAT(complaint_of(neither, 2), HasSubstr("stagger"));
+  EXPECT_THAT(hint_of(neither), HasSubstr("presets: archive, default, rehearsal-room, stage, webcam"));
+}
+
 TEST_F(Commands, VersionIsOneLineOnStandardOutput) {
   const auto run = choreoscope({"--version"});
   EXPECT_EQ(run.status, 0);

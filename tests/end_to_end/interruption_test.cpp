@@ -109,6 +109,19 @@ TEST_F(Interruption, WhileNothingComesFromAPipe) {
   expect_old_results();
 }
 
+TEST_F(Interruption, WhatIsIgnoredByNohupOrTheBackgroundStaysIgnored) {
+  RunOptions options;
+  options.pokes = {{"reading frames: 20 %", SIGHUP}};
+  // exec keeps the process, so that the signal reaches the program.
+  const auto run = run_program("/bin/sh",
+                               {"-c", R"(trap '' HUP; exec "$0" analyze "$1" --out "$2")", CHOREO_PROGRAM,
+                                "synthetic://walking?size=64x48&duration=10", old()},
+                               options);
+  EXPECT_EQ(run.poked, 1u) << run.told();
+  EXPECT_EQ(run.status, 0) << run.told();
+  EXPECT_EQ(Results(old()).n, 330u);
+}
+
 TEST_F(Interruption, WhileFilmingLeavesNoClip) {
   std::filesystem::create_directory(folder_ / "clips");
   RunOptions options;

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sources that are none: exit status 2, one line that says what and where, and nothing touched.
+#include <sys/stat.h>
+
 #include <gmock/gmock.h>
 
 #include "end_to_end/refusal_fixture.hpp"
@@ -103,6 +105,13 @@ TEST_F(SourceRefusal, APlateOfAnotherSizeNamesBothSizes) {
   write_png("plate.png", {65, 48});
   EXPECT_THAT(refused(kQuick, {"--background", folder_ / "plate.png"}),
               AllOf(HasSubstr("plate.png\""), HasSubstr("65 x 48"), HasSubstr("64 x 48")));
+}
+
+TEST_F(SourceRefusal, APlateThatMayNeverEnd) {
+  const auto pipe = folder_ / "pipe.png";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_THAT(refused(kQuick, {"--background", pipe}), HasSubstr("pipe.png\""));
+  EXPECT_THAT(refused(kQuick, {"--background", "/dev/zero"}), HasSubstr("/dev/zero"));
 }
 
 TEST_F(SourceRefusal, APlateThatIsNoPicture) {

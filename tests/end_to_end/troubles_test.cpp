@@ -145,6 +145,36 @@ TEST_F(Troubles, OldResultsAreReplacedAsAWhole) {
   EXPECT_EQ(Results(old()).n, 6u);
 }
 
+TEST_F(Troubles, WhatTheOldRunWroteAndTheNewOneDoesNotIsGone) {
+  analyze(kQuick, old());
+  EXPECT_EQ(files_in(old()).size(), 7u) << "its masks belonged to another recording";
+  analyze(kQuick, old(), {"--set", "plot.svg=true"});
+  EXPECT_EQ(files_in(old()).size(), 9u);
+  analyze(kQuick, old(), {"--save", "masks"});
+  EXPECT_EQ(files_in(old()).size(), 8u);
+}
+
+TEST_F(Troubles, DamageBehindTheSpanFailsNobody) {
+  picture_folder(20, {64, 48});
+  write_png("pictures/115.png", {64, 50});
+  EXPECT_THAT(refused(folder_ / "pictures", {"--span", "1f:16f"}, 1), HasSubstr("115.png"));
+  const auto run = choreoscope({"analyze", folder_ / "pictures", "--out", out(), "--span", "1f:15f"});
+  EXPECT_EQ(run.status, 0) << run.told();
+  EXPECT_EQ(Results(out()).n, 15u);
+}
+
+TEST_F(Troubles, APictureLeftOutLeavesAGapInTheNumbers) {
+  picture_folder(6, {64, 48});
+  write_bytes(folder_ / "pictures/102.png", std::string("not a picture"));
+  const auto run = choreoscope({"analyze", folder_ / "pictures", "--out", out(), "--span", "2f:3f"});
+  EXPECT_EQ(Results(out()).n, 1u) << "frame 2; frame 3 is damaged. " << run.told();
+}
+
+TEST_F(Troubles, ThumbnailsBehindTheEnd) {
+  EXPECT_THAT(warned("synthetic://jumping-jacks?size=64x48&duration=1", {"--set", "plot.thumbnails_at_s=[0.5, 99]"}),
+              AllOf(HasSubstr("99 s"), HasSubstr("plot.thumbnails_at_s")));
+}
+
 TEST_F(Troubles, StandardOutputThatIsFullIsAFailure) {
   const auto run =
       run_program("/bin/sh", {"-c", std::string("exec \"") + CHOREO_PROGRAM + "\" config show > /dev/full"});

@@ -15,4 +15,8 @@ run("configure the consumer" ${CMAKE_COMMAND} -S ${SOURCE}/consumer -B ${WORK}/b
 run("build the consumer" ${CMAKE_COMMAND} --build ${WORK}/build)
 run("run the consumer" ${WORK}/build/consumer)
 run("run the installed program" ${WORK}/prefix/bin/choreoscope --version)
+execute_process(COMMAND ${WORK}/prefix/bin/choreoscope config show --config stage OUTPUT_VARIABLE shown)
+if(NOT shown MATCHES "${WORK}/prefix/[^\n]*presets/stage.toml:")
+  message(FATAL_ERROR "the installed program does not find its installed presets:\n${shown}")
+endif()
 file(REMOVE_RECURSE ${WORK})

@@ -202,6 +202,34 @@ TEST_F(OutputSetTest, AFileThatWasNeverWrittenFailsTheCommitAndLeavesNoTemporari
   EXPECT_THAT(there(), IsEmpty());
 }
 
+TEST_F(OutputSetTest, NoneIsCommittedWhereOneWasNeverWritten) {
+  write("a.txt", "old");
+  {
+    OutputSet files(folder_.path());
+    write_file(files.add("a.txt"), "new");
+    (void)files.add("missing.txt");
+    EXPECT_TRUE(error_of([&] { files.commit(); }));
+  }
+  EXPECT_EQ(content("a.txt"), "old");
+}
+
+TEST_F(OutputSetTest, SupersededFilesGoWithTheCommitAndNotBefore) {
+  write("masks.npy", "old");
+  write("plot.svg", "old");
+  fs::create_directory(folder_ / "triangle.svg");
+  {
+    OutputSet abandoned(folder_.path());
+    abandoned.supersede("masks.npy");
+  }
+  EXPECT_EQ(content("masks.npy"), "old");
+  OutputSet files(folder_.path());
+  write_file(files.add("a.txt"), "new");
+  for (const auto* name : {"masks.npy", "triangle.svg", "never-there"}) files.supersede(name);
+  EXPECT_EQ(content("masks.npy"), "old");
+  files.commit();
+  EXPECT_THAT(there(), ElementsAre("a.txt", "plot.svg", "triangle.svg")) << "a folder of that name is the user's";
+}
+
 TEST_F(OutputSetTest, OnAFullDiskEveryWriterFailsAndNothingIsLeftBehind) {
   {
     OutputSet files(folder_ / "out");
