@@ -39,7 +39,7 @@ std::vector<std::string> picture_names(const std::string& folder) {
 cv::Mat decoded(const std::vector<std::uint8_t>& bytes) {
   if (!is_whole_picture(bytes)) return {};
   try {
-    const cv::Mat any = cv::imdecode(bytes, cv::IMREAD_COLOR | cv::IMREAD_ANYDEPTH);
+    cv::Mat any = cv::imdecode(bytes, cv::IMREAD_COLOR | cv::IMREAD_ANYDEPTH);
     if (any.empty() || any.channels() != 3) return {};
     cv::Mat eight;
     switch (any.depth()) {

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/preparation.hpp"
+
+#include <cstdlib>
+#include <string>
+#include <utility>
+
+#include <opencv2/core.hpp>
+
+#include "cli/drivers.hpp"
+#include "cli/plate.hpp"
+#include "pipeline/working_size.hpp"
+
+namespace choreo::cli {
+namespace {
+
+std::string environment(const char* name) {
+  const auto* value = std::getenv(name);
+  return value == nullptr ? "" : value;
+}
+
+int threads_of(const SourceOptions& options) { return options.threads > 0 ? options.threads : cv::getNumberOfCPUs(); }
+
+}  // namespace
+
+Preparation::Preparation(const SourceOptions& options, const config::Options& settings, Session& session,
+                         const Clock& clock)
+    : selection(options.selection()),
+      kernel(similarity::choose_and_count(environment("CHOREO_FORCE_ISA"))),
+      stop(session.interrupt.orderly()),
+      options_(options),
+      settings_(settings),
+      session_(session),
+      clock_(clock),
+      registry_(all_drivers()),
+      cores_(tbb::global_control::max_allowed_parallelism, std::size_t(threads_of(options))),
+      spec_(pipeline::parse_background(settings.background)) {
+  summary.threads = threads_of(options);
+  summary.instruction_set = kernel.name;
+  cv::setNumThreads(summary.threads);
+  source = open();
+  summary.source = source->info();
+  summary.span = options.span.value_or("");
+  summary.every = selection.every;
+  summary.working_size = pipeline::working_size(summary.source.size, settings.working_rows);
+  if (spec_.kind == pipeline::BackgroundSpec::Kind::kPlate) plate_ = read_plate(spec_.plate);
+}
+
+std::unique_ptr<devices::Source> Preparation::open() const {
+  try {
+    return registry_.open(options_.source, {options_.threads, stop});
+  } catch (const Error&) {
+    if (stop.stop_requested()) throw Interrupted{};
+    throw;
+  }
+}
+
+vision::BodyMasker Preparation::learn() {
+  const auto start = clock_.now();
+  auto learned = pipeline::learn_background(
+      std::move(source), spec_, plate_, settings_.working_rows, [this] { return open(); },
+      [&](double share) { session_.console.progress("learning the background", share); }, stop);
+  session_.console.finish_progress();
+  if (!learned) throw Interrupted{};
+  source = std::move(learned->source);
+  summary.learn_wall = clock_.now() - start;
+  summary.background = learned->estimate;
+  summary.background_pictures = learned->pictures;
+  vision::BodyMasker masker(learned->estimate.plate, learned->estimate.noise, settings_.mask);
+  summary.threshold = masker.threshold();
+  return masker;
+}
+
+}  // namespace choreo::cli

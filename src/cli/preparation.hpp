@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where every analysis begins: a source that is open, and the wall in it known.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <stop_token>
+
+#include <opencv2/core/mat.hpp>
+#include <tbb/global_control.h>
+
+#include "cli/commands.hpp"
+#include "cli/source_options.hpp"
+#include "cli/summary.hpp"
+#include "devices/registry.hpp"
+#include "pipeline/background.hpp"
+#include "similarity/and_count.hpp"
+#include "vision/body_masker.hpp"
+
+namespace choreo::cli {
+
+/// Opens the source that the options name, limits the threads for as long as it lives, and learns the background.
+class Preparation {
+ public:
+  /// Opens the source and reads the plate where there is one.
+  /// @throws Error; Interrupted
+  Preparation(const SourceOptions& options, const config::Options& settings, Session& session, const Clock& clock);
+
+  /// Learns the background. `source` gives every frame from the first again afterwards.
+  /// @return what makes masks from now on.
+  /// @throws Error; Interrupted
+  [[nodiscard]] vision::BodyMasker learn();
+
+  Summary summary;  ///< What is known of the source and its background so far.
+  pipeline::FrameSelection selection;
+  similarity::AndCountKernel kernel;
+  std::unique_ptr<devices::Source> source;
+  std::stop_token stop;  ///< The first Ctrl-C.
+
+ private:
+  [[nodiscard]] std::unique_ptr<devices::Source> open() const;
+
+  const SourceOptions& options_;
+  const config::Options& settings_;
+  Session& session_;
+  const Clock& clock_;
+  devices::Registry registry_;
+  tbb::global_control cores_;
+  pipeline::BackgroundSpec spec_;
+  cv::Mat plate_;
+};
+
+}  // namespace choreo::cli

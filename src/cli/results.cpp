@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/results.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <span>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "similarity/all_pairs.hpp"
+
+namespace choreo::cli {
+namespace {
+
+// What a run may write, and an earlier run may have left.
+constexpr const char* kOptionalFiles[] = {"masks.npy", "plot.svg", "triangle.svg"};
+
+std::vector<std::string> warnings_of(const Summary& s, const config::Options& settings, const Gathered& gathered) {
+  auto warnings = gathered.source_warnings;
+  const auto& size = s.source.size;
+  if (std::max(size.width, size.height) > 4096) {
+    warnings.push_back(fmt::format("frames of {} x {} pixels are looked at at {} x {} (working.rows)", size.width,
+                                   size.height, s.working_size.width, s.working_size.height));
+  }
+  if (!s.sudden_changes_s.empty()) {
+    // A strobe would fill the screen: the first few say enough, and the summary has them all.
+    constexpr std::size_t kShown = 5;
+    const auto shown = std::min(kShown, s.sudden_changes_s.size());
+    const std::span first(s.sudden_changes_s.data(), shown);
+    warnings.push_back(fmt::format("the whole picture changed at {:.2f} s{}: the background was learned anew",
+                                   fmt::join(first, ", "),
+                                   shown < s.sudden_changes_s.size()
+                                       ? fmt::format(" and {} times more", s.sudden_changes_s.size() - shown) : ""));
+  }
+  const auto beyond = std::find_if(settings.plot.thumbnails_at_s.begin(), settings.plot.thumbnails_at_s.end(),
+                                   [&](double t) { return t > s.last_time_s; });
+  if (beyond != settings.plot.thumbnails_at_s.end()) {
+    warnings.push_back(fmt::format("plot.thumbnails_at_s: {} s lies behind the last frame, at {:.3f} s", *beyond,
+                                   s.last_time_s));
+  }
+  // One cause, one warning: the later ones would only repeat the first that applies.
+  if (s.frames == 1) {
+    warnings.emplace_back("there is only one frame: nothing to compare it with");
+  } else if (gathered.bodies == 0) {
+    warnings.emplace_back("no body was ever seen: Z and Z* are all NaN (see mask.threshold and mask.min_body_percent)");
+  } else {
+    if (s.background.uncertain()) {
+      warnings.push_back(fmt::format(
+          "the background is uncertain: {:.0f} % of the body stands before wall that was never seen; give a plate with "
+          "--background, or leave the room empty for a second; if something else moves, see mask.roi and mask.ignore", 100.0 * s.background.unseen));
+    }
+    if (gathered.cut_bodies > 0) {
+      warnings.push_back(fmt::format("the body is cut by the picture's border in {} of {} frames", gathered.cut_bodies,
+                                     gathered.bodies));
+    }
+  }
+  return warnings;
+}
+
+outputs::PlotOptions plot_options(const Summary& s, const config::PlotSettings& settings, outputs::PlotForm form) {
+  outputs::PlotOptions options;
+  options.form = form;
+  options.channels = settings.channels == "z"       ? outputs::PlotChannels::kZ
+                     : settings.channels == "zstar" ? outputs::PlotChannels::kZstar
+                                                    : outputs::PlotChannels::kBoth;
+  options.width_px = settings.width_px;
+  if (settings.contrast == "auto") options.range.reset();
+  options.dark = settings.page == "dark";
+  // Where a recording lies is nobody's business who reads the paper.
+  options.title = std::filesystem::path(s.source.name.substr(0, s.source.name.find('?'))).filename().string();
+  if (options.title.empty() || s.source.name.find("://") != std::string::npos) options.title = s.source.name;
+  if (s.background.uncertain()) {
+    options.subtitle = fmt::format("uncertain background: {:.0f} % of the body before wall never seen", 100.0 * s.background.unseen);
+  }
+  return options;
+}
+
+}  // namespace
+
+void announce_files(Summary& summary, const outputs::OutputSet& files, const config::Options& settings, bool masks) {
+  summary.files = {"plot.png", "triangle.png", "z.npy", "zstar.npy", "times.npy", "frames.csv", "summary.json"};
+  if (settings.plot.svg) summary.files.insert(summary.files.end(), {"plot.svg", "triangle.svg"});
+  if (masks) summary.files.emplace_back("masks.npy");
+  for (const auto& name : summary.files) files.check(name);
+}
+
+void write_results(Summary& summary, const config::Config& config, const similarity::Comparer& states, Gathered gathered,
+                   outputs::NpyPictures* masks, outputs::OutputSet& files, Session& session, const Clock& clock) {
+  auto& console = session.console;
+  const auto& settings = config.options();
+  auto& rows = gathered.rows;
+  const std::size_t n = rows.size();
+
+  auto start = clock.now();
+  const outputs::NpyMatrix z(files.add("z.npy"), n, n);
+  const outputs::NpyMatrix zstar(files.add("zstar.npy"), n, n);
+  const bool complete = similarity::all_pairs(states, z.view(), zstar.view(), session.interrupt.now(),
+                                              [&](double share) { console.progress("comparing all pairs", share); });
+  console.finish_progress();
+  if (!complete) throw Interrupted{};
+  std::vector<double> times;
+  for (std::size_t i = 0; i < n; ++i) {
+    rows[i].zstar_tt = zstar.view()(i, i);
+    times.push_back(rows[i].time_s);
+  }
+  summary.pairs_wall = clock.now() - start;
+
+  start = clock.now();
+  outputs::write_npy(files.add("times.npy"), times);
+  outputs::write_file(files.add("frames.csv"), outputs::frames_csv(rows));
+  if (masks != nullptr) masks->close();
+  for (const auto& [name, form] : {std::pair{"plot", outputs::PlotForm::kSquare}, std::pair{"triangle", outputs::PlotForm::kTriangle}}) {
+    if (session.interrupt.now().stop_requested()) throw Interrupted{};
+    console.progress("drawing", form == outputs::PlotForm::kSquare ? 0.0 : 0.5);
+    const outputs::Plot plot({z.view(), zstar.view(), times, gathered.thumbnails}, plot_options(summary, settings.plot, form));
+    plot.write_png(files.add(std::string(name) + ".png"));
+    if (settings.plot.svg) plot.write_svg(files.add(std::string(name) + ".svg"));
+  }
+  console.finish_progress();
+  summary.plots_wall = clock.now() - start;
+
+  summary.frames = n;
+  summary.frames_without_body = n - gathered.bodies;
+  summary.frames_with_body_cut = gathered.cut_bodies;
+  summary.first_time_s = times.front();
+  summary.last_time_s = times.back();
+  summary.interrupted = summary.run.interrupted;
+  summary.warnings = warnings_of(summary, settings, gathered);
+  outputs::write_file(files.add("summary.json"), to_json(summary, config));
+  if (session.interrupt.now().stop_requested()) throw Interrupted{};
+  // What an earlier run wrote and this one did not would belong to another recording.
+  for (const auto* name : kOptionalFiles) {
+    if (std::find(summary.files.begin(), summary.files.end(), name) == summary.files.end()) files.supersede(name);
+  }
+  files.commit();
+}
+
+void tell_results(const Summary& summary, const outputs::OutputSet& files, Console& console) {
+  for (const auto& line : timing_table(summary)) console.say(line);
+  for (const auto& warning : summary.warnings) console.warn(warning);
+  fmt::print("{} frame{}, {} with a body\n", summary.frames, summary.frames == 1 ? "" : "s",
+             summary.frames - summary.frames_without_body);
+  for (const auto& name : summary.files) fmt::print("{}\n", (files.folder() / name).string());
+}
+
+}  // namespace choreo::cli

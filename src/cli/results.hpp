@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// From compared states to the files of a run: matrices, tables, plots, summary.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cli/commands.hpp"
+#include "cli/summary.hpp"
+#include "config/config.hpp"
+#include "outputs/frames_csv.hpp"
+#include "outputs/npy.hpp"
+#include "outputs/output_set.hpp"
+#include "outputs/plot.hpp"
+#include "similarity/comparer.hpp"
+
+namespace choreo::cli {
+
+/// What a run has gathered frame by frame.
+struct Gathered {
+  std::vector<outputs::FrameRow> rows;  ///< One a frame; Z*(t,t) is filled in by write_results.
+  std::vector<outputs::Thumbnail> thumbnails;
+  std::size_t bodies = 0;      ///< Frames with a body.
+  std::size_t cut_bodies = 0;  ///< Of these, cut by the picture's border.
+  std::vector<std::string> source_warnings;
+};
+
+/// Names the files of a run, and refuses at once where one of them cannot be written.
+/// @throws Error (usage)
+void announce_files(Summary& summary, const outputs::OutputSet& files, const config::Options& settings, bool masks);
+
+/// Compares all pairs and writes everything into `files`, which it commits.
+/// @param states  as many as rows.
+/// @param masks  the masks written beside, closed here; may be null.
+/// @throws Interrupted at the second Ctrl-C, Error (failure); nothing is committed then.
+void write_results(Summary& summary, const config::Config& config, const similarity::Comparer& states, Gathered gathered,
+                   outputs::NpyPictures* masks, outputs::OutputSet& files, Session& session, const Clock& clock);
+
+/// Says on standard output what was written, on standard error what took how long and what is to be known.
+void tell_results(const Summary& summary, const outputs::OutputSet& files, Console& console);
+
+}  // namespace choreo::cli
