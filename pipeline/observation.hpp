@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include <opencv2/core/mat.hpp>
 
@@ -21,6 +22,8 @@ struct Observation {
   std::uint64_t index = 0;    ///< Counts the frames taken, from 0.
   Nanoseconds time{0};        ///< Since the source's first frame.
   devices::FramePtr frame;
+  Nanoseconds arrived{0};  ///< On the host's clock: when the source gave the frame.
+  Nanoseconds passed{0};   ///< Likewise: when the last stage so far was done.
 
   // From PictureStage.
   cv::Mat picture;  ///< CV_8UC3 at the working resolution.
@@ -32,6 +35,10 @@ struct Observation {
   std::unique_ptr<const body::MaskState> state;
   double quantity_of_motion = 0;  ///< See body::MotionMeter; 0 without a body.
   double contraction = 0;         ///< See body::contraction; 0 without a body.
+
+  // From HistoryStage: against every frame of the history, oldest first, this one last; NaN where either has no body.
+  std::vector<float> z_row;
+  std::vector<float> zstar_row;
 };
 
 using ObservationPtr = std::unique_ptr<Observation>;

@@ -7,8 +7,6 @@
 #include <thread>
 #include <utility>
 
-#include "pipeline/channel.hpp"
-
 namespace choreo::pipeline {
 namespace {
 
@@ -66,82 +64,123 @@ class Lap {
   Nanoseconds start_;
 };
 
-void run_inline(Reader& reader, const std::vector<std::unique_ptr<Stage>>& stages, const Clock& clock,
+using Stages = std::vector<std::unique_ptr<Stage>>;
+
+// Takes observations through stages and keeps what that took.
+class Conductor {
+ public:
+  Conductor(const Stages& stages, const Clock& clock, RunMonitor* monitor, RunReport& report)
+      : stages_(stages), clock_(clock), monitor_(monitor), report_(report), latencies_(stages.size()) {}
+
+  /// @thread one a stage; each only touches what belongs to its stages.
+  void process(std::size_t s, Observation& observation) {
+    auto& stats = report_.stages[s + 1];
+    {
+      const Lap lap(clock_, stats.busy);
+      stages_[s]->process(observation);
+    }
+    ++stats.frames;
+    const auto now = clock_.now();
+    latencies_[s].add(now - observation.passed);
+    observation.passed = now;
+    if (s + 1 < stages_.size()) return;
+    whole_.add(now - observation.arrived);
+    if (monitor_ != nullptr) monitor_->passed(now - observation.arrived);
+  }
+
+  void finish() {
+    for (std::size_t s = 0; s < stages_.size(); ++s) report_.stages[s + 1].latency = latencies_[s].summary();
+    report_.latency = whole_.summary();
+    report_.frames = report_.stages.back().frames;
+  }
+
+ private:
+  const Stages& stages_;
+  const Clock& clock_;
+  RunMonitor* monitor_;
+  RunReport& report_;
+  std::vector<LatencyHistogram> latencies_;
+  LatencyHistogram whole_;
+};
+
+ObservationPtr read_next(Reader& reader, const Clock& clock, const std::stop_token& stop, StageStats& stats) {
+  ObservationPtr observation;
+  {
+    const Lap lap(clock, stats.busy);
+    observation = reader.next(stop);
+  }
+  if (observation) {
+    observation->arrived = observation->passed = clock.now();
+    ++stats.frames;
+  }
+  return observation;
+}
+
+void run_inline(Reader& reader, const Stages& stages, Conductor& conductor, const Clock& clock,
                 const std::stop_token& stop, RunReport& report) {
   try {
-    while (true) {
-      ObservationPtr observation;
-      {
-        const Lap lap(clock, report.stages[0].busy);
-        observation = reader.next(stop);
-      }
-      if (!observation) return;
-      ++report.stages[0].frames;
-      for (std::size_t s = 0; s < stages.size(); ++s) {
-        const Lap lap(clock, report.stages[s + 1].busy);
-        stages[s]->process(*observation);
-        ++report.stages[s + 1].frames;
-      }
-      ++report.frames;
+    while (const auto observation = read_next(reader, clock, stop, report.stages[0])) {
+      for (std::size_t s = 0; s < stages.size(); ++s) conductor.process(s, *observation);
     }
   } catch (...) {
     report.problem = std::current_exception();
   }
 }
 
-void run_threaded(Reader& reader, const std::vector<std::unique_ptr<Stage>>& stages, std::size_t capacity,
-                  const Clock& clock, const std::stop_token& stop, RunReport& report) {
-  // channels[s] leads to stages[s]. Closing one lets what waits in it through: what was read goes the whole way, also
+// The stages from `begin` to `end` share a thread.
+struct Group {
+  std::size_t begin;
+  std::size_t end;
+};
+
+void run_threaded(Reader& reader, const Stages& stages, const std::vector<Group>& groups, const RunnerOptions& options,
+                  Conductor& conductor, const Clock& clock, const std::stop_token& stop, RunReport& report) {
+  // channels[g] leads to groups[g]. Closing one lets what waits in it through: what was read goes the whole way, also
   // after Ctrl-C. Only a stage that fails breaks the chain, by closing the channel before it as well.
   std::vector<std::unique_ptr<Channel<ObservationPtr>>> channels;
-  for (std::size_t s = 0; s < stages.size(); ++s) {
-    channels.push_back(std::make_unique<Channel<ObservationPtr>>(capacity));
+  const bool newest_wins = options.at_reader == Overflow::kDropOldest;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    channels.push_back(g == 0 && newest_wins
+                           ? std::make_unique<Channel<ObservationPtr>>(1, Overflow::kDropOldest)
+                           : std::make_unique<Channel<ObservationPtr>>(options.queue_capacity));
   }
+  // Where the reader's is first, then each stage's.
   std::vector<std::exception_ptr> problems(stages.size() + 1);
 
   {
     std::vector<std::jthread> threads;
-    const auto work = [&](std::size_t s) {
-      auto& stats = report.stages[s + 1];
-      auto* next = s + 1 < stages.size() ? channels[s + 1].get() : nullptr;
+    const auto work = [&](std::size_t g) {
+      auto& stats = report.stages[groups[g].begin + 1];
+      auto* next = g + 1 < groups.size() ? channels[g + 1].get() : nullptr;
+      auto at = groups[g].begin;
       try {
-        pthread_setname_np(pthread_self(), stages[s]->name().substr(0, 15).c_str());
+        pthread_setname_np(pthread_self(), stages[at]->name().substr(0, 15).c_str());
         while (true) {
           std::optional<ObservationPtr> observation;
           {
             const Lap lap(clock, stats.waiting);
-            observation = channels[s]->pop();
+            observation = channels[g]->pop();
           }
           if (!observation) break;
-          {
-            const Lap lap(clock, stats.busy);
-            stages[s]->process(**observation);
-          }
-          ++stats.frames;
+          for (at = groups[g].begin; at < groups[g].end; ++at) conductor.process(at, **observation);
           if (next == nullptr) continue;
           const Lap lap(clock, stats.waiting);
           if (!next->push(std::move(*observation))) break;
         }
       } catch (...) {
-        problems[s + 1] = std::current_exception();
+        problems[at + 1] = std::current_exception();
       }
-      channels[s]->close();
+      channels[g]->close();
       if (next != nullptr) next->close();
     };
     auto& stats = report.stages[0];
     try {
-      for (std::size_t s = 0; s < stages.size(); ++s) threads.emplace_back(work, s);
+      for (std::size_t g = 0; g < groups.size(); ++g) threads.emplace_back(work, g);
       // The calling thread reads.
-      while (true) {
-        ObservationPtr observation;
-        {
-          const Lap lap(clock, stats.busy);
-          observation = reader.next(stop);
-        }
-        if (!observation) break;
-        ++stats.frames;
+      while (auto observation = read_next(reader, clock, stop, stats)) {
         const Lap lap(clock, stats.waiting);
         if (!channels[0]->push(std::move(observation))) break;
+        if (newest_wins && options.monitor != nullptr) options.monitor->dropped(channels[0]->stats().dropped);
       }
     } catch (...) {
       problems[0] = std::current_exception();
@@ -150,13 +189,13 @@ void run_threaded(Reader& reader, const std::vector<std::unique_ptr<Stage>>& sta
     channels[0]->close();
   }
 
-  for (std::size_t s = 0; s < stages.size(); ++s) {
-    const auto stats = channels[s]->stats();
-    report.stages[s + 1].dropped = stats.dropped;
-    report.stages[s + 1].mean_queue = stats.mean_length;
-    report.stages[s + 1].longest_queue = stats.longest;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    auto& stats = report.stages[groups[g].begin + 1];
+    const auto of_channel = channels[g]->stats();
+    stats.dropped = of_channel.dropped;
+    stats.mean_queue = of_channel.mean_length;
+    stats.longest_queue = of_channel.longest;
   }
-  report.frames = report.stages.back().frames;
   // The problem of the earliest frame, as with one thread: a reader that is ahead may have met a later one before. What
   // failed had finished as many frames as its count says, and no two fail at the same frame.
   std::optional<std::uint64_t> earliest;
@@ -179,11 +218,17 @@ RunReport run(devices::Source& source, const FrameSelection& selection,
 
   Reader reader(source, selection);
   const auto start = clock.now();
-  if (options.threads == 1 || stages.empty()) {
-    run_inline(reader, stages, clock, stop, report);
+  Conductor conductor(stages, clock, options.monitor, report);
+  const bool one_thread = options.threads == 1 || stages.empty();
+  if (one_thread && (options.at_reader == Overflow::kBlock || stages.empty())) {
+    run_inline(reader, stages, conductor, clock, stop, report);
   } else {
-    run_threaded(reader, stages, options.queue_capacity, clock, stop, report);
+    std::vector<Group> groups;
+    for (std::size_t s = 0; s < stages.size(); ++s) groups.push_back({s, s + 1});
+    if (one_thread) groups = {{0, stages.size()}};
+    run_threaded(reader, stages, groups, options, conductor, clock, stop, report);
   }
+  conductor.finish();
   report.wall = clock.now() - start;
   report.frames_read = reader.frames_read();
   report.interrupted = stop.stop_requested();

@@ -2,6 +2,7 @@
 // Drives the frames of a source through the stages.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
@@ -12,14 +13,22 @@
 
 #include "core/time.hpp"
 #include "devices/source.hpp"
+#include "pipeline/channel.hpp"
 #include "pipeline/frame_selection.hpp"
+#include "pipeline/latency.hpp"
 #include "pipeline/stage.hpp"
 
 namespace choreo::pipeline {
 
+class RunMonitor;
+
 struct RunnerOptions {
-  int threads = 0;                 ///< 1: everything in the calling thread; otherwise one thread a stage.
+  int threads = 0;                 ///< 1: all stages in one thread; otherwise one thread a stage.
   std::size_t queue_capacity = 4;  ///< Observations that may wait before a stage.
+  /// What the reader does where the first stage is behind. With kDropOldest, one observation waits there, the newest,
+  /// and the reader never waits; it then has a thread of its own even with threads = 1.
+  Overflow at_reader = Overflow::kBlock;
+  RunMonitor* monitor = nullptr;  ///< Told of everything while the run goes on.
 };
 
 /// Where a stage's time went.
@@ -31,18 +40,35 @@ struct StageStats {
   Nanoseconds waiting{0};     ///< Waiting for the stage before or the one behind.
   double mean_queue = 0;      ///< Observations waiting before it, on average as one arrives.
   std::size_t longest_queue = 0;
+  Latency latency;  ///< From the stage before to the end of this one, waiting included. Empty for the reader.
 };
 
 struct RunReport {
   std::vector<StageStats> stages;  ///< The reader first.
   std::uint64_t frames = 0;        ///< That went the whole way.
   std::uint64_t frames_read = 0;   ///< Of the source, up to the last one needed; chosen or not.
+  Latency latency;                 ///< From the source's giving a frame to the end of the last stage.
   Nanoseconds wall{0};
   bool interrupted = false;     ///< `stop` was requested.
   std::exception_ptr problem;   ///< What ended the run early; null if nothing did.
 };
 
-/// Runs a recording from its first frame to its last: nothing is dropped, the reader waits for the stages.
+/// Watches a run while it goes on.
+/// @thread thread-safe
+class RunMonitor {
+ public:
+  void passed(Nanoseconds latency) { latency_.add(latency); }
+  void dropped(std::uint64_t so_far) { dropped_.store(so_far, std::memory_order_relaxed); }
+
+  [[nodiscard]] Latency latency() const { return latency_.summary(); }  ///< Its count is that of the frames.
+  [[nodiscard]] std::uint64_t dropped() const { return dropped_.load(std::memory_order_relaxed); }
+
+ private:
+  LatencyHistogram latency_;
+  std::atomic<std::uint64_t> dropped_{0};
+};
+
+/// Runs a source from its first frame to its last. Nothing is dropped but by `at_reader`.
 ///
 /// The stages see the same observations in the same order, whatever the number of threads. No exception leaves a
 /// thread: what ends the run is in the report, and what was finished before it went the whole way.

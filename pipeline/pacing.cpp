@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/pacing.hpp"
+
+#include <string>
+
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+
+namespace choreo::pipeline {
+
+Pace parse_pace(std::string_view text) {
+  if (text == "live") return Pace::kLive;
+  if (text == "replay") return Pace::kReplay;
+  if (text == "max") return Pace::kMax;
+  throw usage_error(fmt::format("the pace \"{}\" is unknown", text), {}, "known: live, replay, max");
+}
+
+devices::FramePtr PacedSource::read(std::stop_token stop) {
+  auto frame = recording_->read(stop);
+  if (!frame) return nullptr;
+  if (!offset_) offset_ = clock_.now() - frame->device_time;
+  if (!wait_(frame->device_time + *offset_, stop)) return nullptr;
+  return frame;
+}
+
+}  // namespace choreo::pipeline
