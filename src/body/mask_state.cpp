@@ -93,9 +93,11 @@ MaskState mirrored(const MaskState& a) {
 }
 
 int mirror_shift(std::int64_t remainder_a, std::int64_t area_a, std::int64_t remainder_b, std::int64_t area_b) {
-  // floor(ra/Ma + rb/Mb + 1/2) = floor((2 (ra Mb + rb Ma) + Ma Mb) / (2 Ma Mb)); areas under 2^30 cannot overflow.
-  return static_cast<int>(
-      floor_div(2 * (remainder_a * area_b + remainder_b * area_a) + area_a * area_b, 2 * area_a * area_b));
+  // floor(ra/Ma + rb/Mb + 1/2) = floor((2 (ra Mb + rb Ma) + Ma Mb) / (2 Ma Mb)), which is -1, 0 or 1: two comparisons
+  // instead of a division, since every pair asks. Areas under 2^30 cannot overflow.
+  const auto below = 2 * area_a * area_b;
+  const auto sum = 2 * (remainder_a * area_b + remainder_b * area_a) + area_a * area_b;
+  return sum < 0 ? -1 : sum >= below ? 1 : 0;
 }
 
 double similarity_of_counts(std::int64_t common, std::int64_t area_a, std::int64_t area_b) {

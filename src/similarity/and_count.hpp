@@ -25,12 +25,24 @@ inline constexpr std::size_t kBlockCols = 2;
 using AndCountBlock = void (*)(const std::uint8_t* const* rows, const std::uint8_t* const* cols, std::size_t bytes,
                                std::uint32_t* counts);
 
-/// One implementation of the loop.
+/// Adds popcount(row & straight) to counts[0] and popcount(row & mirrored) to counts[1]: one reading of the row, which
+/// may come from memory, gives both.
+///
+/// @param row  aligned to kBitAlignment.
+/// @param straight, mirrored  any alignment.
+/// @param bytes  length of all three, a multiple of kBitAlignment.
+/// @param next  where the row after this one begins, or any valid address: its bytes are asked for while these are
+///   counted, because the processor foresees the stream only within a row.
+using AndCountTwice = void (*)(const std::uint8_t* row, const std::uint8_t* straight, const std::uint8_t* mirrored,
+                               std::size_t bytes, const std::uint8_t* next, std::uint32_t* counts);
+
+/// One implementation of the loops.
 struct AndCountKernel {
   /// The instruction set as Highway names it ("AVX2", "SSE4", ...), or "scalar" for the specification. Asked of the
   /// compiled code itself, so that it is the name of what runs.
   std::string name;
   AndCountBlock block;
+  AndCountTwice twice;
 };
 
 /// The specification: one pair, word by word.

@@ -4,11 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
-#include <cstdlib>
 #include <cstring>
 #include <limits>
-#include <new>
-#include <numeric>
 #include <utility>
 
 namespace choreo::similarity {
@@ -16,16 +13,6 @@ namespace {
 
 // Bytes of every string that a block works through at a time, so that the block's strings stay in the first cache.
 constexpr std::size_t kChunk = 2048;
-
-std::uint8_t* allocate_bits(std::size_t bytes) {
-  if (bytes == 0) return nullptr;
-  auto* bits = static_cast<std::uint8_t*>(std::aligned_alloc(kBitAlignment, bytes));
-  if (bits == nullptr) throw std::bad_alloc();
-  std::memset(bits, 0, bytes);
-  return bits;
-}
-
-void free_bits(std::uint8_t* bits) { std::free(bits); }
 
 void set_bit(std::uint8_t* bits, std::size_t k) { bits[k / 8] |= static_cast<std::uint8_t>(1U << (k % 8)); }
 
@@ -48,7 +35,7 @@ void shift_by_one(const std::uint8_t* in, std::uint8_t* out, std::size_t bytes, 
 }  // namespace
 
 MaskComparer::MaskComparer(std::span<const std::unique_ptr<const body::MaskState>> states, AndCountKernel kernel)
-    : kernel_(std::move(kernel)), areas_(states.size(), 0), remainders_(states.size(), 0), bits_(nullptr, &free_bits) {
+    : kernel_(std::move(kernel)), areas_(states.size(), 0), remainders_(states.size(), 0), bits_(make_bit_buffer(0)) {
   for (const auto& state : states) {
     if (state) canvas_ = canvas_.empty() ? state->box() : (canvas_ | state->box());
   }
@@ -58,8 +45,8 @@ MaskComparer::MaskComparer(std::span<const std::unique_ptr<const body::MaskState
     canvas_.width += 2;
   }
   const auto bits = std::size_t(canvas_.width) * std::size_t(canvas_.height);
-  bytes_ = ((bits + 7) / 8 + kBitAlignment - 1) / kBitAlignment * kBitAlignment;
-  bits_.reset(allocate_bits(2 * bytes_ * states.size()));
+  bytes_ = padded((bits + 7) / 8);
+  bits_ = make_bit_buffer(2 * bytes_ * states.size());
 
   for (std::size_t i = 0; i < states.size(); ++i) {
     if (!states[i]) continue;
@@ -90,7 +77,7 @@ class MaskComparer::Scratch {
       : comparer_(comparer),
         rows_(rows),
         made_(2 * rows.size(), false),
-        bits_(allocate_bits(2 * rows.size() * comparer.bytes_), &free_bits) {}
+        bits_(make_bit_buffer(2 * rows.size() * comparer.bytes_)) {}
 
   const std::uint8_t* mirror(std::size_t i, int sigma) {
     if (sigma == 0) return comparer_.mirror(i);
@@ -107,7 +94,7 @@ class MaskComparer::Scratch {
   const MaskComparer& comparer_;
   Range rows_;
   std::vector<bool> made_;
-  std::unique_ptr<std::uint8_t[], void (*)(std::uint8_t*)> bits_;
+  BitBuffer bits_;
 };
 
 void MaskComparer::compare(Range rows, Range cols, MatrixView<float> z, MatrixView<float> zstar) const {

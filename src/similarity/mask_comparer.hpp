@@ -9,6 +9,7 @@
 
 #include "body/mask_state.hpp"
 #include "similarity/and_count.hpp"
+#include "similarity/bit_buffer.hpp"
 #include "similarity/comparer.hpp"
 
 namespace choreo::similarity {
@@ -40,7 +41,7 @@ class MaskComparer final : public Comparer {
   std::size_t bytes_ = 0;            // Of one bit string, a multiple of kBitAlignment.
   std::vector<std::int64_t> areas_;  // 0: a gap.
   std::vector<std::int64_t> remainders_;
-  std::unique_ptr<std::uint8_t[], void (*)(std::uint8_t*)> bits_;  // A mask and its mirror image a state.
+  BitBuffer bits_;  // A mask and its mirror image a state.
 };
 
 }  // namespace choreo::similarity

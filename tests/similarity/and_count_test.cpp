@@ -28,12 +28,16 @@ class Bits {
   std::unique_ptr<std::uint8_t, void (*)(void*)> bytes_;
 };
 
-// Sizes around the places where a kernel changes its step: its vector, and the 31 vectors whose counts a byte holds.
+// Sizes around the places where a kernel changes its step: its vector, eight of them that are added in columns, and the
+// 31 vectors whose counts a byte holds.
 std::vector<std::size_t> sizes() {
   std::vector<std::size_t> all = {0, 64, 128, 192, 4096, 65536};
   for (const std::size_t lanes : {16, 32, 64}) {
     const auto limit = 31 * lanes / kBitAlignment * kBitAlignment;
     for (const auto around : {limit - 64, limit, limit + 64, 2 * limit, 2 * limit + 64}) all.push_back(around);
+    for (const auto around : {8 * lanes, 248 * lanes}) {
+      for (const auto size : {around - 64, around, around + 64}) all.push_back(size);
+    }
   }
   return all;
 }
@@ -87,6 +91,32 @@ TEST(AndCount, EveryKernelCountsAsTheSpecificationDoes) {
   }
 }
 
+TEST(AndCount, EveryKernelCountsOneReadingTwice) {
+  std::mt19937 random(22);
+  for (const auto& kernel : and_count_kernels()) {
+    for (const auto bytes : sizes()) {
+      for (const auto how : {Fill::kRandom, Fill::kOnes, Fill::kSparse}) {
+        Bits row(bytes);
+        fill(row.get(), bytes, how, random);
+        // The two others lie at any address.
+        for (const std::size_t offset : {0, 4, 37}) {
+          Bits straight(bytes + 64);
+          Bits mirrored(bytes + 64);
+          fill(straight.get(), bytes + 64, how, random);
+          fill(mirrored.get(), bytes + 64, how, random);
+          const auto* first = straight.get() + offset;
+          const auto* second = mirrored.get() + 64 - offset;
+          std::array<std::uint32_t, 2> counts = {1, 20};
+          const std::array<std::uint32_t, 2> expected = {1 + and_count_scalar(row.get(), first, bytes),
+                                                         20 + and_count_scalar(row.get(), second, bytes)};
+          kernel.twice(row.get(), first, second, bytes, row.get(), counts.data());
+          EXPECT_EQ(counts, expected) << kernel.name << ", " << bytes << " bytes, fill " << int(how);
+        }
+      }
+    }
+  }
+}
+
 TEST(AndCount, ReadsNothingPastTheEnd) {
   for (const auto& kernel : and_count_kernels()) {
     Bits ones(64);
@@ -95,6 +125,9 @@ TEST(AndCount, ReadsNothingPastTheEnd) {
     std::array<std::uint32_t, 4> counts{};
     kernel.block(rows.data(), rows.data(), 64, counts.data());
     EXPECT_EQ(counts, (std::array<std::uint32_t, 4>{512, 512, 512, 512})) << kernel.name;
+    std::array<std::uint32_t, 2> two{};
+    kernel.twice(ones.get(), ones.get(), ones.get(), 64, ones.get(), two.data());
+    EXPECT_EQ(two, (std::array<std::uint32_t, 2>{512, 512})) << kernel.name;
   }
 }
 
