@@ -5,6 +5,7 @@
 
 #include <csignal>
 #include <ctime>
+#include <utility>
 
 namespace choreo::cli {
 namespace {
@@ -12,7 +13,7 @@ namespace {
 sigset_t handled_signals() {
   sigset_t set;
   sigemptyset(&set);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGUSR1}) {
     // What nohup or a script's & has set to be ignored stays so; blocked and waited for, it would arrive.
     struct sigaction before {};
     if (sigaction(signal, nullptr, &before) == 0 && before.sa_handler == SIG_IGN) continue;
@@ -34,6 +35,11 @@ Interrupt::Interrupt() {
     while (!stop.stop_requested()) {
       const int signal = sigtimedwait(&waited_for, nullptr, &tick);
       if (signal < 0) continue;
+      if (signal == SIGUSR1) {
+        const std::scoped_lock lock(report_mutex_);
+        if (report_) report_();
+        continue;
+      }
       ++seen;
       if (seen == 1) {
         orderly_.request_stop();
@@ -47,5 +53,10 @@ Interrupt::Interrupt() {
 }
 
 Interrupt::~Interrupt() = default;
+
+void Interrupt::on_report(std::function<void()> report) {
+  const std::scoped_lock lock(report_mutex_);
+  report_ = std::move(report);
+}
 
 }  // namespace choreo::cli

@@ -96,6 +96,7 @@ int run_program(int argc, char** argv) {
   app.get_formatter()->column_width(26);
   Command chosen;
   declare_analyze(app, chosen);
+  declare_live(app, chosen);
   declare_synth(app, chosen);
   declare_config(app, chosen);
 

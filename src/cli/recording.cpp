@@ -3,11 +3,10 @@
 
 namespace choreo::cli {
 
-void RecordStage::process(pipeline::Observation& observation) {
-  const auto time_s = to_seconds(observation.time);
+outputs::FrameRow row_of(const pipeline::Observation& observation) {
   outputs::FrameRow row;
   row.frame = observation.frame->sequence + 1;
-  row.time_s = time_s;
+  row.time_s = to_seconds(observation.time);
   row.body = observation.state != nullptr;
   if (row.body) {
     const auto& state = *observation.state;
@@ -16,11 +15,18 @@ void RecordStage::process(pipeline::Observation& observation) {
     row.box_px = state.box() + state.center();
     row.quantity_of_motion = observation.quantity_of_motion;
     row.contraction = observation.contraction;
+  }
+  return row;
+}
+
+void RecordStage::process(pipeline::Observation& observation) {
+  const auto row = row_of(observation);
+  if (row.body) {
     ++bodies_;
     if (observation.mask.cut) ++cut_bodies_;
-    thumbnails_.add(observation.picture, observation.mask.mask, state, time_s);
+    thumbnails_.add(observation.picture, observation.mask.mask, *observation.state, row.time_s);
   }
-  if (observation.mask.sudden) sudden_changes_s_.push_back(time_s);
+  if (observation.mask.sudden) sudden_changes_s_.push_back(row.time_s);
   if (masks_ != nullptr) masks_->add(observation.mask.mask);
   rows_.push_back(row);
   states_.push_back(std::move(observation.state));

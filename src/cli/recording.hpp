@@ -14,6 +14,9 @@
 
 namespace choreo::cli {
 
+/// The row of frames.csv that belongs to an observation, but for Z*(t,t).
+[[nodiscard]] outputs::FrameRow row_of(const pipeline::Observation& observation);
+
 /// Everything that is kept of a run, a few kilobytes a frame.
 class RecordStage final : public pipeline::Stage {
  public:

@@ -39,8 +39,10 @@ void SourceOptions::declare(CLI::App& command) {
       ->check(kNotEmpty);
 }
 
-config::Config SourceOptions::configuration() const {
+config::Config SourceOptions::configuration(const std::vector<std::pair<std::string, std::string>>& defaults,
+                                            const std::string& origin) const {
   config::Config config;
+  for (const auto& [key, value] : defaults) config.set(key + "=" + value, origin);
   if (!config_file.empty()) config.load_file(find_configuration(config_file));
   for (const auto& assignment : assignments) config.set(assignment);
   if (background) config.set_text("background.from", *background, "--background");

@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -26,7 +27,10 @@ struct SourceOptions {
   void declare(CLI::App& command);
 
   /// @throws Error (usage)
-  [[nodiscard]] config::Config configuration() const;
+  /// @param defaults  of this command where they are others than everybody's: key and TOML value.
+  /// @param origin  what is said of where those come from.
+  [[nodiscard]] config::Config configuration(const std::vector<std::pair<std::string, std::string>>& defaults = {},
+                                             const std::string& origin = {}) const;
   [[nodiscard]] pipeline::FrameSelection selection() const;
 };
 

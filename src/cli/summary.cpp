@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/summary.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -21,6 +22,17 @@ double rounded(double value, int digits) {
 }
 
 Json json_of(cv::Size size) { return Json::array({size.width, size.height}); }
+
+Json json_of(const pipeline::Latency& l) {
+  const auto ms = [](Nanoseconds t) { return rounded(1e3 * to_seconds(t), 4); };
+  return {{"p50", ms(l.p50)}, {"p99", ms(l.p99)}, {"p99.9", ms(l.p999)}, {"max", ms(l.max)}};
+}
+
+std::uint64_t dropped(const pipeline::RunReport& run) {
+  std::uint64_t sum = 0;
+  for (const auto& stage : run.stages) sum += stage.dropped;
+  return sum;
+}
 
 // The settings print themselves as TOML, whose numbers, flags, texts and lists are JSON as well.
 Json settings_of(const config::Config& config) {
@@ -54,6 +66,14 @@ std::string to_json(const Summary& s, const config::Config& config) {
   json["threshold_grey_levels"] = rounded(s.threshold, 3);
   json["sudden_changes_s"] = s.sudden_changes_s;
   json["compared_canvas"] = json_of(s.canvas);
+  if (s.live) {
+    json["live"] = {{"pace", s.live->pace},
+                    {"history_s", rounded(s.live->history_s, 6)},
+                    {"capacity_rows", s.live->capacity_rows},
+                    {"bytes_per_row", s.live->bytes_per_row},
+                    {"history_bytes", s.live->history_bytes},
+                    {"rows", s.live->rows}};
+  }
   json["interrupted"] = s.interrupted;
   json["warnings"] = s.warnings;
   json["settings"] = settings_of(config);
@@ -74,6 +94,13 @@ std::string to_json(const Summary& s, const config::Config& config) {
                                  {"waiting_s", rounded(to_seconds(stage.waiting), 6)},
                                  {"mean_queue", rounded(stage.mean_queue, 3)},
                                  {"longest_queue", stage.longest_queue}});
+    if (stage.latency.count > 0) timings["stages"].back()["latency_ms"] = json_of(stage.latency);
+  }
+  timings["latency_ms"] = json_of(s.run.latency);
+  if (s.live) {
+    timings["dropped"] = dropped(s.run);
+    timings["row_ms_ring_full"] = json_of(s.live->row_full);
+    timings["row_ms_ring_filling"] = json_of(s.live->row_filling);
   }
   json["timings"] = timings;
   // A file name may be anything; what is not UTF-8 is replaced rather than refused.
@@ -92,6 +119,32 @@ std::vector<std::string> timing_table(const Summary& s) {
   lines.push_back(fmt::format("background {:.2f} s, frames {:.2f} s, all pairs {:.2f} s ({}), plots {:.2f} s",
                               to_seconds(s.learn_wall), to_seconds(s.run.wall), to_seconds(s.pairs_wall),
                               s.instruction_set, to_seconds(s.plots_wall)));
+  return lines;
+}
+
+std::string latency_heading() {
+  return fmt::format("{:<10} {:>9} {:>9} {:>9} {:>9}", "latency", "p50", "p99", "p99.9", "max");
+}
+
+std::string latency_line(const std::string& name, const pipeline::Latency& l) {
+  const auto ms = [](Nanoseconds t) { return 1e3 * to_seconds(t); };
+  return fmt::format("{:<10} {:>9.2f} {:>9.2f} {:>9.2f} {:>9.2f} ms", name, ms(l.p50), ms(l.p99), ms(l.p999), ms(l.max));
+}
+
+std::vector<std::string> live_table(const Summary& s) {
+  std::vector<std::string> lines{latency_heading()};
+  for (const auto& stage : s.run.stages) {
+    if (stage.latency.count > 0) lines.push_back(latency_line(stage.name, stage.latency));
+  }
+  lines.push_back(latency_line("end to end", s.run.latency));
+  const auto& live = *s.live;
+  const bool full = live.row_full.count > 0;
+  const auto& row = full ? live.row_full : live.row_filling;
+  lines.push_back(fmt::format("{} frames in {:.1f} s ({:.1f} a second), {} dropped", s.run.frames, to_seconds(s.run.wall),
+                              double(s.run.frames) / std::max(1e-9, to_seconds(s.run.wall)), dropped(s.run)));
+  lines.push_back(fmt::format("history {} of {} rows of {} bytes, {:.1f} MB; a row with the ring {} costs {:.3f} ms, p99 {:.3f} ms ({})",
+                              live.rows, live.capacity_rows, live.bytes_per_row, 1e-6 * double(live.history_bytes),
+                              full ? "full" : "not yet full", 1e3 * to_seconds(row.p50), 1e3 * to_seconds(row.p99), s.instruction_set));
   return lines;
 }
 

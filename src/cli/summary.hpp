@@ -2,6 +2,7 @@
 // summary.json: what was analysed, with which settings, and what is to be known about the result.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,18 @@
 #include "pipeline/runner.hpp"
 
 namespace choreo::cli {
+
+/// What is particular to a live run.
+struct LiveSummary {
+  std::string pace;
+  double history_s = 0;
+  std::size_t capacity_rows = 0;
+  std::size_t bytes_per_row = 0;
+  std::size_t history_bytes = 0;
+  std::size_t rows = 0;             ///< In the history at the end.
+  pipeline::Latency row_full;       ///< What a row of Z and Z* took with the ring full,
+  pipeline::Latency row_filling;    ///< and before.
+};
 
 struct Summary {
   devices::SourceInfo source;
@@ -29,6 +42,7 @@ struct Summary {
   std::vector<std::string> warnings;
   bool interrupted = false;
   std::vector<std::string> files;
+  std::optional<LiveSummary> live;
 
   // Timings: the only part that differs from run to run.
   int threads = 0;
@@ -44,5 +58,12 @@ struct Summary {
 
 /// The stages' times as lines of a table, for people.
 [[nodiscard]] std::vector<std::string> timing_table(const Summary& summary);
+
+/// Of a live run: frames, drops, latencies, and what the history costs.
+[[nodiscard]] std::vector<std::string> live_table(const Summary& summary);
+
+/// A line of latencies under `latency_heading()`.
+[[nodiscard]] std::string latency_line(const std::string& name, const pipeline::Latency& latency);
+[[nodiscard]] std::string latency_heading();
 
 }  // namespace choreo::cli

@@ -234,4 +234,23 @@ void MaskHistory::append(const body::MaskState* state, std::span<float> z, std::
   }
 }
 
+std::unique_ptr<const body::MaskState> MaskHistory::state(std::size_t age) const {
+  assert(age < size_);
+  const auto slot = slot_of(age);
+  const auto& row = rows_[slot];
+  if (row.area == 0) return nullptr;
+  const auto layout = layout_of(row.layout);
+  cv::Mat mask = cv::Mat::zeros(row.lines, kCell * layout.cells, CV_8UC1);
+  const auto* bits = bits_of(slot);
+  for (int y = 0; y < row.lines; ++y) {
+    auto* out = mask.ptr<std::uint8_t>(y);
+    for (int cell = 0; cell < layout.cells; ++cell, bits += kCellBytes) {
+      std::uint32_t word = 0;
+      std::memcpy(&word, bits, kCellBytes);
+      for (int k = 0; k < kCell; ++k) out[kCell * cell + k] = (word >> k & 1U) != 0 ? 255 : 0;
+    }
+  }
+  return std::make_unique<const body::MaskState>(mask);
+}
+
 }  // namespace choreo::similarity

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -44,6 +45,9 @@ class MaskHistory final : public History {
   /// @param z, zstar  at least min(size() + 1, capacity()) floats; what lies beyond stays as it is.
   /// @cost O(bytes read), see `bytes_read`; no allocation.
   void append(const body::MaskState* state, std::span<float> z, std::span<float> zstar);
+
+  /// The `age`-th oldest state, as it was but for where it stood in its picture; nullptr for a gap.
+  [[nodiscard]] std::unique_ptr<const body::MaskState> state(std::size_t age) const;
 
   /// How many bytes of the history the last `append` read, each once.
   [[nodiscard]] std::size_t bytes_read() const { return bytes_read_; }

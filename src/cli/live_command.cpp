@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+// choreoscope live: a row of Z and Z* a frame, while the body moves.
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "cli/commands.hpp"
+#include "cli/live_record.hpp"
+#include "cli/preparation.hpp"
+#include "cli/results.hpp"
+#include "cli/source_options.hpp"
+#include "outputs/live_window.hpp"
+#include "pipeline/pacing.hpp"
+#include "pipeline/stages/history_stage.hpp"
+#include "pipeline/stages/silhouette_stages.hpp"
+#include "pipeline/steady_clock.hpp"
+#include "pipeline/working_size.hpp"
+#include "similarity/mask_comparer.hpp"
+#include "similarity/mask_history.hpp"
+
+namespace choreo::cli {
+namespace {
+
+struct LiveOptions {
+  SourceOptions source;
+  std::string pace = "live";
+  std::string history = "10min";
+  bool headless = false;
+  bool full_screen = false;
+  std::string out;
+};
+
+constexpr auto kManual = R"(
+Every frame is compared with the frames of the last minutes, once for Z and Z*
+together, and the triangle in the window scrolls. Settings that differ from
+those of analyze: working.rows is 120 and background.from is "first:2s" where
+nothing else is said (--set, --config, --background).
+
+  --pace live    as a camera: the newest frame wins, what it overtakes is
+                 counted as dropped; a recording is played at its own time
+  --pace replay  at its own time at the earliest, and no frame is lost
+  --pace max     as fast as it goes, and no frame is lost
+
+Keys in the window: q or Esc ends, f full screen, + and - change the span of
+time, l prints the latencies. So does the signal SIGUSR1, window or not:
+  kill -USR1 $(pidof choreoscope)
+
+With --out DIR the frames that are in the history at the end are written as
+analyze writes them, with the same values to the last bit.
+
+Examples:
+  choreoscope live rehearsal.mp4
+  choreoscope live 'synthetic://jumping-jacks?duration=60' --history 1min
+  choreoscope live show.mkv --headless --pace max --out out/show
+
+Exit status: 0 done or the window was closed, 1 failed while running, 2 refused,
+130 interrupted: what is in the history is written.)";
+
+// What the window says beside the key, twice a second.
+class FigureLines {
+ public:
+  explicit FigureLines(const pipeline::RunMonitor& monitor) : monitor_(monitor) {}
+
+  /// The lines, or nothing where the last ones are fresh enough.
+  std::optional<std::vector<std::string>> next(const pipeline::Observation& o, Nanoseconds now) {
+    ++frames_;
+    if (last_ && now - *last_ < std::chrono::milliseconds(500)) return std::nullopt;
+    const double rate = last_ ? double(frames_) / to_seconds(now - *last_) : 0.0;
+    last_ = now;
+    frames_ = 0;
+    const auto latency = monitor_.latency();
+    std::vector<std::string> lines;
+    lines.push_back(o.mask.learning ? "learning the wall"
+                    : o.state       ? fmt::format("Z*(t,t) {:.2f}", o.zstar_row.back())
+                                    : "no body");
+    if (rate > 0) lines.push_back(fmt::format("{:.1f} frames/s", rate));
+    lines.push_back(fmt::format("latency {:.1f} ms, p99 {:.1f} ms", 1e3 * to_seconds(latency.p50), 1e3 * to_seconds(latency.p99)));
+    lines.push_back(fmt::format("{} dropped", monitor_.dropped()));
+    lines.push_back(fmt::format("{} rows of history", o.z_row.size()));
+    return lines;
+  }
+
+ private:
+  const pipeline::RunMonitor& monitor_;
+  std::uint64_t frames_ = 0;
+  std::optional<Nanoseconds> last_;
+};
+
+std::size_t ring_capacity(Nanoseconds length, double nominal_fps) {
+  constexpr double kUndeclared = 30;
+  return std::size_t(std::max(1.0, std::ceil(to_seconds(length) * (nominal_fps > 0 ? nominal_fps : kUndeclared) - 1e-6)));
+}
+
+Nanoseconds history_length(const LiveOptions& options) {
+  constexpr auto kLongest = std::chrono::hours(24);
+  Nanoseconds length{0};
+  try {
+    length = parse_duration(options.history);
+  } catch (const Error& error) {
+    throw usage_error(error.what(), "--history", error.hint());
+  }
+  if (length < std::chrono::seconds(1) || length > kLongest) {
+    throw usage_error(fmt::format("is {}", options.history), "--history", "--history is a duration from 1s to 24h, such as 10min");
+  }
+  return length;
+}
+
+std::unique_ptr<outputs::LiveWindow> open_window(const LiveOptions& options, const Summary& summary, Nanoseconds history,
+                                                 Session& session, std::stop_source& closed,
+                                                 const std::function<void()>& report) {
+  if (options.headless) return nullptr;
+  if (!outputs::display_is_there()) {
+    session.console.warn("there is no display: running as with --headless");
+    return nullptr;
+  }
+  outputs::LiveWindowOptions window;
+  window.title = summary.source.name + " - choreoscope";
+  window.full_screen = options.full_screen;
+  window.video = summary.source.size;
+  window.history_s = to_seconds(history);
+  window.on_close = [&closed] { closed.request_stop(); };
+  window.on_report = report;
+  return std::make_unique<outputs::LiveWindow>(std::move(window));
+}
+
+int live(const LiveOptions& options, Session& session) {
+  auto& console = session.console;
+  const pipeline::SteadyClock clock;
+  const auto pace = pipeline::parse_pace(options.pace);
+  const auto length = history_length(options);
+  const auto config = options.source.configuration({{"working.rows", "120"}, {"background.from", "first:2s"}}, "default of live");
+  const auto& settings = config.options();
+  Preparation prepared(options.source, settings, session, clock);
+  auto& summary = prepared.summary;
+  std::optional<outputs::OutputSet> files;
+  if (!options.out.empty()) {
+    files.emplace(options.out);
+    announce_files(summary, *files, settings, false);
+  }
+  auto masker = prepared.learn();
+
+  similarity::MaskHistory history(summary.working_size, ring_capacity(length, summary.source.nominal_fps / double(summary.every)),
+                                  prepared.kernel);
+  pipeline::RowCost row_cost;
+  pipeline::RunMonitor monitor;
+  const auto report = [&] {
+    console.say(latency_heading());
+    console.say(latency_line("end to end", monitor.latency()));
+    console.say(latency_line("row, full", row_cost.full()));
+    console.say(fmt::format("{} frames, {} dropped", monitor.latency().count, monitor.dropped()));
+  };
+  session.interrupt.on_report(report);
+
+  // Ctrl-C and the window's closing both end the reading.
+  std::stop_source ended;
+  const std::stop_callback interrupted(prepared.stop, [&] {
+    console.warn("interrupted: what was read is finished; again to leave nothing");
+    ended.request_stop();
+  });
+  const auto window = open_window(options, summary, length, session, ended, report);
+  FigureLines figures(monitor);
+  const auto show = [&](const pipeline::Observation& o) {
+    if (!window) return;
+    constexpr int kShownRows = 480;  // More pixels than the video's corner of the page has.
+    window->show(pipeline::at_working_size(o.frame->bgr, pipeline::working_size(o.frame->bgr.size(), kShownRows)),
+                 o.mask.mask, to_seconds(o.time), o.z_row, o.zstar_row);
+    if (auto lines = figures.next(o, clock.now())) window->tell(std::move(*lines));
+  };
+
+  std::vector<std::unique_ptr<pipeline::Stage>> stages;
+  stages.push_back(std::make_unique<pipeline::PictureStage>(summary.working_size));
+  stages.push_back(std::make_unique<pipeline::MaskStage>(std::move(masker)));
+  stages.push_back(std::make_unique<pipeline::StateStage>(settings.motion_window_s));
+  stages.push_back(std::make_unique<pipeline::HistoryStage>(history, length, clock, &row_cost));
+  auto owned_record = std::make_unique<LiveRecordStage>(ThumbnailKeeper(settings.plot.thumbnails, settings.plot.thumbnails_at_s), show);
+  auto& record = *owned_record;
+  stages.push_back(std::move(owned_record));
+
+  // A device has a pace of its own.
+  if (pace != pipeline::Pace::kMax && prepared.source->info().repeatable) {
+    prepared.source = std::make_unique<pipeline::PacedSource>(std::move(prepared.source), clock, pipeline::sleep_until);
+  }
+  pipeline::RunnerOptions run;
+  run.threads = summary.threads;
+  run.queue_capacity = 2;  // A few frames in flight: each waiting one is a frame time of latency.
+  run.at_reader = pace == pipeline::Pace::kLive ? pipeline::Overflow::kDropOldest : pipeline::Overflow::kBlock;
+  run.monitor = &monitor;
+  summary.run = pipeline::run(*prepared.source, prepared.selection, stages, run, clock, ended.get_token());
+  session.interrupt.on_report({});
+  summary.run.interrupted = prepared.stop.stop_requested();
+  summary.live = LiveSummary{options.pace, to_seconds(length), history.capacity(), history.bytes_per_row(), history.memory_bytes(),
+                             history.size(), row_cost.full(), row_cost.filling()};
+
+  if (summary.run.frames > 0) {
+    for (const auto& line : live_table(summary)) console.say(line);
+  }
+  // What was seen until a failure is worth as much as what was seen until Ctrl-C.
+  if (files && history.size() > 0) {
+    std::vector<std::unique_ptr<const body::MaskState>> states;
+    for (std::size_t age = 0; age < history.size(); ++age) states.push_back(history.state(age));
+    const similarity::MaskComparer comparer(states, prepared.kernel);
+    summary.canvas = comparer.canvas();
+    summary.sudden_changes_s = record.sudden_changes_s();
+    write_results(summary, config, comparer,
+                  {record.rows(), record.thumbnails().chosen(), record.bodies(), record.cut_bodies(), prepared.source->warnings()},
+                  nullptr, *files, session, clock);
+    tell_results(summary, *files, console);
+  }
+  if (summary.run.problem) std::rethrow_exception(summary.run.problem);
+  if (history.size() == 0 && !ended.stop_requested()) {
+    throw usage_error(fmt::format("no frame of \"{}\" is chosen: it has {} frames", summary.source.name, summary.run.frames_read),
+                      options.source.span ? "--span " + *options.source.span : "", "choose a span inside the recording");
+  }
+  return prepared.stop.stop_requested() ? kInterrupted : kDone;
+}
+
+}  // namespace
+
+void declare_live(CLI::App& app, Command& chosen) {
+  auto options = std::make_shared<LiveOptions>();
+  auto* command = app.add_subcommand("live", "show Z and Z* against the last minutes while the body moves");
+  options->source.declare(*command);
+  command->add_option("--pace", options->pace, "live, replay or max; see below (default live)")->type_name("PACE");
+  command->add_option("--history", options->history, "how far back a frame is compared (1s to 24h, default 10min)")->type_name("T");
+  command->add_flag("--headless", options->headless, "no window");
+  command->add_flag("--full-screen", options->full_screen, "the window fills the screen, for a projector");
+  command->add_option("--out", options->out, "the folder to write to at the end; made where it is missing")->type_name("DIR");
+  command->footer(kManual);
+  command->callback([options, &chosen] { chosen = [options](Session& session) { return live(*options, session); }; });
+}
+
+}  // namespace choreo::cli

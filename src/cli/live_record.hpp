@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// The last stage of a live run: keeps what the files at its end are made of, and shows the frame.
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <vector>
+
+#include "cli/thumbnails.hpp"
+#include "outputs/frames_csv.hpp"
+#include "pipeline/stage.hpp"
+
+namespace choreo::cli {
+
+/// The rows of the frames that are in the history, and nothing older: memory does not grow with the run.
+class LiveRecordStage final : public pipeline::Stage {
+ public:
+  /// @param show  given every frame that is done; may be empty.
+  LiveRecordStage(ThumbnailKeeper thumbnails, std::function<void(const pipeline::Observation&)> show)
+      : thumbnails_(std::move(thumbnails)), show_(std::move(show)) {}
+
+  [[nodiscard]] std::string name() const override { return "show"; }
+  void process(pipeline::Observation& observation) override;
+
+  [[nodiscard]] std::vector<outputs::FrameRow> rows() const { return {rows_.begin(), rows_.end()}; }
+  [[nodiscard]] const ThumbnailKeeper& thumbnails() const { return thumbnails_; }
+  [[nodiscard]] std::size_t bodies() const { return bodies_; }          ///< Of the rows, those with a body.
+  [[nodiscard]] std::size_t cut_bodies() const { return cut_bodies_; }  ///< Of these, cut by the picture's border.
+  [[nodiscard]] std::vector<double> sudden_changes_s() const { return {sudden_changes_s_.begin(), sudden_changes_s_.end()}; }
+
+ private:
+  void forget(std::size_t count);
+
+  ThumbnailKeeper thumbnails_;
+  std::function<void(const pipeline::Observation&)> show_;
+  std::deque<outputs::FrameRow> rows_;
+  std::deque<bool> cut_;
+  std::deque<double> sudden_changes_s_;  // The latest.
+  std::size_t bodies_ = 0;
+  std::size_t cut_bodies_ = 0;
+};
+
+}  // namespace choreo::cli

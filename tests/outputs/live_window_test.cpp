@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// The window on SDL's driver that draws nowhere: it opens, takes frames, and ends, whoever is faster.
+#include "outputs/live_window.hpp"
+
+#include <cstdlib>
+#include <limits>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "core/error.hpp"
+#include "support/frames.hpp"
+
+namespace choreo::outputs {
+namespace {
+
+class LiveWindowTest : public ::testing::Test {
+ protected:
+  LiveWindowTest() { ::setenv("SDL_VIDEODRIVER", "dummy", 1); }
+
+  static LiveWindowOptions options() {
+    LiveWindowOptions options;
+    options.title = "a test";
+    options.video = {64, 48};
+    options.history_s = 60;
+    return options;
+  }
+
+  static void show(LiveWindow& window, int i) {
+    const std::vector<float> row(std::size_t(i % 100 + 1), i % 5 == 0 ? std::numeric_limits<float>::quiet_NaN() : 0.5F);
+    window.show(test::noise({64, 48}, CV_8UC3, std::uint64_t(i)), test::noise({32, 24}, CV_8UC1, std::uint64_t(i)), 0.01 * i, row,
+                row);
+  }
+};
+
+TEST_F(LiveWindowTest, OpensShowsAndCloses) {
+  LiveWindow window(options());
+  window.tell({"no body", "30.0 frames/s"});
+  for (int i = 0; i < 200; ++i) show(window, i);
+}
+
+TEST_F(LiveWindowTest, ClosesAtOnceToo) {
+  for (int i = 0; i < 3; ++i) const LiveWindow window(options());
+}
+
+TEST_F(LiveWindowTest, IsShownAndToldFromSeveralThreads) {
+  LiveWindow window(options());
+  std::jthread teller([&] {
+    for (int i = 0; i < 200; ++i) window.tell({std::to_string(i)});
+  });
+  for (int i = 0; i < 200; ++i) show(window, i);
+}
+
+TEST_F(LiveWindowTest, ADriverThatIsNotThereIsToldOfInOneLine) {
+  ::setenv("SDL_VIDEODRIVER", "nosuchdriver", 1);
+  const auto error = test::error_of([] { const LiveWindow window(options()); });
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->fault(), Fault::kFailure);
+  EXPECT_EQ(error->hint(), "run without a window: --headless");
+}
+
+TEST_F(LiveWindowTest, ADisplayIsOnlyThereWhereTheEnvironmentNamesOne) {
+  EXPECT_TRUE(display_is_there());
+  ::unsetenv("SDL_VIDEODRIVER");
+  ::unsetenv("WAYLAND_DISPLAY");
+  ::unsetenv("DISPLAY");
+  EXPECT_FALSE(display_is_there());
+  ::setenv("DISPLAY", "", 1);
+  EXPECT_FALSE(display_is_there());
+}
+
+}  // namespace
+}  // namespace choreo::outputs
