@@ -8,6 +8,11 @@
 #include "similarity/plot_raster.hpp"
 
 namespace choreo::similarity {
+namespace {
+
+constexpr double kPause = 0.5;  // Seconds; shorter ones are drawn over.
+
+}  // namespace
 
 ScrollingTriangle::ScrollingTriangle(double span_s, int width_px, cv::Vec3b gap, cv::Vec3b blank)
     : span_s_(span_s), width_(width_px), height_(width_px / 2), pitch_s_(span_s / width_px), gap_(gap),
@@ -19,8 +24,11 @@ ScrollingTriangle::ScrollingTriangle(double span_s, int width_px, cv::Vec3b gap,
 
 void ScrollingTriangle::add_row(double time_s, std::span<const float> z, std::span<const float> zstar) {
   assert(!z.empty() && z.size() == zstar.size());
-  const double before_s = times_s_.empty() ? time_s - pitch_s_ : times_s_.back();
-  assert(times_s_.empty() || time_s > before_s);
+  assert(times_s_.empty() || time_s > times_s_.back());
+  // A frame was on since the one before it, unless nothing came for a while: a device that was gone shows nothing.
+  const double step_s = times_s_.empty() ? pitch_s_ : time_s - times_s_.back();
+  const double before_s = time_s - (times_s_.size() > 1 ? std::min(step_s, std::max(kPause, 4 * last_step_s_)) : step_s);
+  last_step_s_ = step_s;
   times_s_.push_back(time_s);
   // One frame from before the span stays: pixels at its edge may lie between two frames.
   while (times_s_.size() > 2 && times_s_[1] < time_s - span_s_) times_s_.pop_front();

@@ -57,6 +57,7 @@ class ScrollingTriangle {
   int width_;
   int height_;
   double pitch_s_;  // Mean time across a pixel; a pixel is twice that high in lag.
+  double last_step_s_ = 0;  // Between the last two frames.
   cv::Vec3b gap_;
   cv::Vec3b blank_;
   std::deque<double> times_s_;         // Of the frames within the span.
