@@ -25,7 +25,7 @@ namespace {
 using States = std::vector<std::unique_ptr<const body::MaskState>>;
 
 const cv::Size kPicture(640, 480);
-constexpr std::size_t kStates = 256;
+constexpr std::size_t kStates = 512;
 constexpr std::size_t kHistory = 4000;           // Rows of 40 KB: 160 MB, far larger than any cache.
 constexpr std::size_t kCachedBytes = 16 * 1024;  // Half a first cache.
 
@@ -89,8 +89,8 @@ class Peer {
 // All pairs of a set of states, into matrices that exist already.
 class AllPairs {
  public:
-  AllPairs(const States& states, const similarity::AndCountKernel& kernel)
-      : comparer_(states, kernel), z_(states.size() * states.size()), zstar_(z_.size()) {}
+  AllPairs(const States& states, const similarity::AndCountKernel& kernel, similarity::MaskComparer::Method method)
+      : comparer_(states, kernel, method), z_(states.size() * states.size()), zstar_(z_.size()) {}
   void run() {
     const auto n = comparer_.size();
     similarity::all_pairs(comparer_, {z_.data(), n, n}, {zstar_.data(), n, n});
@@ -113,8 +113,10 @@ void all_pairs(const Settings& settings, const similarity::AndCountKernel& kerne
                Report& report) {
   const auto masks = random_bodies();
   Peer peer(masks);
-  AllPairs whole(states_of(masks, true), kernel);
-  AllPairs cropped(states_of(masks, false), kernel);
+  using Method = similarity::MaskComparer::Method;
+  AllPairs whole(states_of(masks, true), kernel, Method::kFaster);
+  AllPairs cropped(states_of(masks, false), kernel, Method::kFaster);
+  AllPairs bits(states_of(masks, true), kernel, Method::kBits);
   auto cached = similarity::make_bit_buffer(kCachedBytes);
   std::generate_n(cached.get(), kCachedBytes, [random = std::mt19937(2)]() mutable { return std::uint8_t(random()); });
 
@@ -125,6 +127,7 @@ void all_pairs(const Settings& settings, const similarity::AndCountKernel& kerne
       [&] { peer_pairs = peer.run(step); },
       [&] { whole.run(); },
       [&] { cropped.run(); },
+      [&] { bits.run(); },
       [&] {
         std::uint64_t sum = 0;
         for (std::size_t k = 0; k < limit_rounds; ++k) sum += limits.and_count(cached.get(), kCachedBytes);
@@ -136,7 +139,8 @@ void all_pairs(const Settings& settings, const similarity::AndCountKernel& kerne
   const double peer_pair = medians[0] / double(peer_pairs);
   const double whole_pair = medians[1] / whole.pairs();
   const double cropped_pair = medians[2] / cropped.pairs();
-  const double limit_pair = pair_bytes / (double(limit_rounds * kCachedBytes) / medians[3]);
+  const double bits_pair = medians[3] / bits.pairs();
+  const double limit_pair = pair_bytes / (double(limit_rounds * kCachedBytes) / medians[4]);
   report.notes.push_back(fmt::format(
       "{} random bodies at {} x {}, Z and Z* of a pair. Peer: cv::bitwise_and and cv::countNonZero on 8-bit masks, one "
       "thread.",
@@ -146,9 +150,13 @@ void all_pairs(const Settings& settings, const similarity::AndCountKernel& kerne
   report.lines.push_back({fmt::format("all pairs, cropped to {} x {}", cropped.canvas().width, cropped.canvas().height),
                           microseconds(peer_pair), microseconds(cropped_pair), "", times(peer_pair / cropped_pair),
                           ""});
+  report.lines.push_back({"all pairs, whole frame, by bits", microseconds(peer_pair), microseconds(bits_pair),
+                          microseconds(limit_pair), times(peer_pair / bits_pair), percent(limit_pair / bits_pair)});
   report.figures["all_pairs_vs_opencv"] = peer_pair / whole_pair;
   report.figures["all_pairs_cropped_vs_opencv"] = peer_pair / cropped_pair;
   report.figures["all_pairs_vs_popcount_limit"] = limit_pair / whole_pair;
+  report.figures["all_pairs_bits_vs_opencv"] = peer_pair / bits_pair;
+  report.figures["all_pairs_bits_vs_popcount_limit"] = limit_pair / bits_pair;
 }
 
 void live_row(const Settings& settings, const similarity::AndCountKernel& kernel, const Limits& limits,

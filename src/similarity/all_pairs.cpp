@@ -12,9 +12,10 @@
 namespace choreo::similarity {
 namespace {
 
-constexpr std::size_t kTile = 64;  // Rows and columns; a tile's two results are 32 KiB.
-
-Range tile_range(std::size_t tile, std::size_t n) { return {tile * kTile, std::min(n, (tile + 1) * kTile)}; }
+// A tile is one of these wide and at most so many high: what a comparer prepares for a tile's columns serves all its
+// rows. Its two results are 256 KiB.
+constexpr std::size_t kTile = 64;
+constexpr std::size_t kTallest = 8;
 
 void copy_transposed(MatrixView<const float> tile, MatrixView<float> matrix, Range rows, Range cols) {
   for (std::size_t j = 0; j < cols.size(); ++j) {
@@ -29,24 +30,33 @@ bool all_pairs(const Comparer& states, MatrixView<float> z, MatrixView<float> zs
                const std::function<void(double)>& progress) {
   const std::size_t n = states.size();
   assert(z.rows() == n && z.cols() == n && zstar.rows() == n && zstar.cols() == n);
-  const std::size_t tiles = (n + kTile - 1) / kTile;
-  const std::size_t count = tiles * (tiles + 1) / 2;
+  // The upper triangle in columns of tiles, each cut into tiles of equal height but for the last, which ends at the
+  // diagonal.
+  struct Tile {
+    Range rows, cols;
+  };
+  std::vector<Tile> tiles;
+  for (std::size_t begin = 0; begin < n; begin += kTile) {
+    const Range cols{begin, std::min(n, begin + kTile)};
+    for (std::size_t row = 0; row < cols.end; row += kTallest * kTile) {
+      tiles.push_back({{row, std::min(cols.end, row + kTallest * kTile)}, cols});
+    }
+  }
+  const auto count = tiles.size();
   std::atomic<std::size_t> done{0};
-  // Tiles of the upper triangle, row by row: k is the tile's place in that order.
   const auto work = [&](std::size_t k) {
-    std::size_t row = 0;
-    while (k >= tiles - row) k -= tiles - row++;
-    const auto rows = tile_range(row, n);
-    const auto cols = tile_range(row + k, n);
+    const auto& [rows, cols] = tiles[k];
     const MatrixView<float> z_tile(&z(rows.begin, cols.begin), rows.size(), cols.size(), z.stride());
     const MatrixView<float> zstar_tile(&zstar(rows.begin, cols.begin), rows.size(), cols.size(), zstar.stride());
     states.compare(rows, cols, z_tile, zstar_tile);
-    if (k > 0) {
-      copy_transposed(z_tile, z, rows, cols);
-      copy_transposed(zstar_tile, zstar, rows, cols);
+    // What lies below the diagonal's tile is not computed; what the tile itself has of it is right already.
+    const Range above{rows.begin, std::min(rows.end, cols.begin)};
+    if (above.begin < above.end) {
+      copy_transposed(z_tile, z, above, cols);
+      copy_transposed(zstar_tile, zstar, above, cols);
     }
     const auto so_far = done.fetch_add(1, std::memory_order_relaxed) + 1;
-    if (progress && (so_far == count || so_far % 64 == 0)) progress(double(so_far) / double(count));
+    if (progress) progress(double(so_far) / double(count));
   };
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 1), [&](const tbb::blocked_range<std::size_t>& range) {
     for (std::size_t k = range.begin(); k < range.end() && !stop.stop_requested(); ++k) work(k);

@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "similarity/mask_table.hpp"
 
 namespace choreo::similarity {
 namespace {
@@ -24,14 +25,7 @@ constexpr int floor_div(int a, int b) { return a >= 0 ? a / b : -((b - 1 - a) / 
 
 // 32 pixels of a mask's line from x = `first` (relative to the centroid) on, bit k the pixel at first + k.
 std::uint32_t cell_at(const body::MaskState& state, const std::uint64_t* line, int first) {
-  const int k = first - state.box().x;
-  const auto word = std::ptrdiff_t(floor_div(k, 64));
-  const auto words = std::ptrdiff_t(state.row_words());
-  const auto at = [&](std::ptrdiff_t i) { return i >= 0 && i < words ? line[i] : 0; };
-  const int shift = k - int(word) * 64;
-  auto bits = at(word) >> shift;
-  if (shift > kCell) bits |= at(word + 1) << (64 - shift);
-  return static_cast<std::uint32_t>(bits);
+  return static_cast<std::uint32_t>(pixels_from(state, line, first));
 }
 
 constexpr std::uint32_t reversed(std::uint32_t bits) {
