@@ -26,8 +26,8 @@ struct Options {
   int working_rows = 480;           ///< Masks and states are made of pictures with at most so many rows; 0: no limit.
   vision::MaskOptions mask;
   double motion_window_s = 0.15;
+  int matrix_rows = 20'000;  ///< At most; of a longer recording every 2nd, 4th, ... frame is a row.
   PlotSettings plot;
-
 };
 
 }  // namespace choreo::config

@@ -267,6 +267,10 @@ std::vector<Field> make_schema() {
       "motion.window_s", [](Options& o) -> double& { return o.motion_window_s; }, {0, 10, true}, "above 0 and at most 10 s",
       "How far back the quantity of motion looks."));
 
+  fields.push_back(integer(
+      "matrix.most_rows", [](Options& o) -> int& { return o.matrix_rows; }, 2, 1'000'000, "from 2 to 1000000 rows",
+      "Of a recording with more frames every 2nd is kept, every 4th, ... until there are at most so many rows."));
+
   fields.push_back(text(
       "plot.channels", [](Options& o) -> std::string& { return o.plot.channels; }, one_of({"both", "z", "zstar"}),
       "\"both\", \"z\" or \"zstar\"", "Z in red with Z* in cyan, or one of them alone in grey."));

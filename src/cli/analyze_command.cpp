@@ -61,6 +61,9 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   if (options.out.empty()) throw usage_error("is empty", "--out", "name the folder to write to");
   outputs::OutputSet files(options.out);
   announce_files(summary, files, settings, save_masks);
+  const auto frames = expected_frames(summary, prepared.selection, std::size_t(settings.matrix_rows));
+  files.require_space(space_for(frames, save_masks ? summary.working_size : cv::Size()),
+                      fmt::format("the matrices of {} frames", frames));
   auto masker = prepared.learn();
   // Said at once, whatever is being done: people press again where nothing answers.
   const std::stop_callback answer(stop, [&] {
@@ -79,8 +82,9 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   stages.push_back(std::make_unique<pipeline::PictureStage>(summary.working_size));
   stages.push_back(std::make_unique<pipeline::MaskStage>(std::move(masker)));
   stages.push_back(std::make_unique<pipeline::StateStage>(settings.motion_window_s));
-  auto owned_record = std::make_unique<RecordStage>(ThumbnailKeeper(settings.plot.thumbnails, settings.plot.thumbnails_at_s),
-                                                    masks ? &*masks : nullptr, seen);
+  auto owned_record = std::make_unique<RecordStage>(
+      std::size_t(settings.matrix_rows), ThumbnailKeeper(settings.plot.thumbnails, settings.plot.thumbnails_at_s),
+      masks ? &*masks : nullptr, seen);
   auto& record = *owned_record;
   stages.push_back(std::move(owned_record));
   summary.run = pipeline::run(*prepared.source, prepared.selection, stages, {summary.threads}, clock, stop);
@@ -93,7 +97,10 @@ int analyze(const AnalyzeOptions& options, Session& session) {
                       "choose a span inside the recording");
   }
 
-  const similarity::MaskComparer comparer(record.states(), prepared.kernel);
+  summary.thinned_to_every = record.kept_every();
+  auto states = record.take_states();
+  const similarity::MaskComparer comparer(states, prepared.kernel);
+  states.clear();  // The comparer has its own.
   summary.canvas = comparer.canvas();
   summary.sudden_changes_s = record.sudden_changes_s();
   write_results(summary, config, comparer,

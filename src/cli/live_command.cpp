@@ -143,10 +143,14 @@ int live(const LiveOptions& options, Session& session) {
     files.emplace(options.out);
     announce_files(summary, *files, settings, false);
   }
+  const auto capacity = ring_capacity(length, summary.source.nominal_fps / double(summary.every));
+  if (files) {
+    const auto frames = std::min(capacity, expected_frames(summary, prepared.selection, capacity));
+    files->require_space(space_for(frames, {}), fmt::format("the matrices of {} frames", frames));
+  }
   auto masker = prepared.learn();
 
-  similarity::MaskHistory history(summary.working_size, ring_capacity(length, summary.source.nominal_fps / double(summary.every)),
-                                  prepared.kernel);
+  similarity::MaskHistory history(summary.working_size, capacity, prepared.kernel);
   pipeline::RowCost row_cost;
   pipeline::RunMonitor monitor;
   const auto report = [&] {

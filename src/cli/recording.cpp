@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/recording.hpp"
 
+#include <algorithm>
+
 namespace choreo::cli {
 
 outputs::FrameRow row_of(const pipeline::Observation& observation) {
@@ -21,16 +23,38 @@ outputs::FrameRow row_of(const pipeline::Observation& observation) {
 
 void RecordStage::process(pipeline::Observation& observation) {
   const auto row = row_of(observation);
-  if (row.body) {
-    ++bodies_;
-    if (observation.mask.cut) ++cut_bodies_;
-    thumbnails_.add(observation.picture, observation.mask.mask, *observation.state, row.time_s);
-  }
+  if (row.body) thumbnails_.add(observation.picture, observation.mask.mask, *observation.state, row.time_s);
   if (observation.mask.sudden) sudden_changes_s_.push_back(row.time_s);
-  if (masks_ != nullptr) masks_->add(observation.mask.mask);
-  rows_.push_back(row);
-  states_.push_back(std::move(observation.state));
+  if (seen_frames_++ % step_ == 0) {
+    if (rows_.size() == most_rows_) thin_out();
+    if ((seen_frames_ - 1) % step_ == 0) {
+      if (masks_ != nullptr) masks_->add(observation.mask.mask);
+      rows_.push_back(row);
+      cut_.push_back(row.body && observation.mask.cut);
+      states_.push_back(std::move(observation.state));
+    }
+  }
   seen_(observation.time);
 }
+
+void RecordStage::thin_out() {
+  const auto kept = (rows_.size() + 1) / 2;
+  for (std::size_t k = 1; k < kept; ++k) {
+    rows_[k] = rows_[2 * k];
+    cut_[k] = cut_[2 * k];
+    states_[k] = std::move(states_[2 * k]);
+  }
+  rows_.resize(kept);
+  cut_.resize(kept);
+  states_.resize(kept);
+  if (masks_ != nullptr) masks_->keep_every_second();
+  step_ *= 2;
+}
+
+std::size_t RecordStage::bodies() const {
+  return std::size_t(std::count_if(rows_.begin(), rows_.end(), [](const auto& row) { return row.body; }));
+}
+
+std::size_t RecordStage::cut_bodies() const { return std::size_t(std::count(cut_.begin(), cut_.end(), true)); }
 
 }  // namespace choreo::cli

@@ -17,32 +17,40 @@ namespace choreo::cli {
 /// The row of frames.csv that belongs to an observation, but for Z*(t,t).
 [[nodiscard]] outputs::FrameRow row_of(const pipeline::Observation& observation);
 
-/// Everything that is kept of a run, a few kilobytes a frame.
+/// Everything that is kept of a run, a few kilobytes a frame; of a long one every second frame, every fourth, ... so
+/// that there are never more than so many.
 class RecordStage final : public pipeline::Stage {
  public:
-  /// @param masks  where every mask is written; may be null.
+  /// @param most_rows  at least 2.
+  /// @param masks  where every mask that is kept is written; may be null.
   /// @param seen  told the time of every frame that is done.
-  RecordStage(ThumbnailKeeper thumbnails, outputs::NpyPictures* masks, std::function<void(Nanoseconds)> seen)
-      : thumbnails_(std::move(thumbnails)), masks_(masks), seen_(std::move(seen)) {}
+  RecordStage(std::size_t most_rows, ThumbnailKeeper thumbnails, outputs::NpyPictures* masks, std::function<void(Nanoseconds)> seen)
+      : most_rows_(most_rows), thumbnails_(std::move(thumbnails)), masks_(masks), seen_(std::move(seen)) {}
 
   [[nodiscard]] std::string name() const override { return "record"; }
   void process(pipeline::Observation& observation) override;
 
-  [[nodiscard]] const std::vector<std::unique_ptr<const body::MaskState>>& states() const { return states_; }
-  [[nodiscard]] std::vector<outputs::FrameRow>& rows() { return rows_; }
+  /// The states, one a row; they are the caller's now.
+  [[nodiscard]] std::vector<std::unique_ptr<const body::MaskState>> take_states() { return std::move(states_); }
+  [[nodiscard]] const std::vector<outputs::FrameRow>& rows() const { return rows_; }
   [[nodiscard]] const ThumbnailKeeper& thumbnails() const { return thumbnails_; }
-  [[nodiscard]] std::size_t bodies() const { return bodies_; }          ///< Frames with a body.
-  [[nodiscard]] std::size_t cut_bodies() const { return cut_bodies_; }  ///< Of these, cut by the picture's border.
+  [[nodiscard]] std::size_t bodies() const;      ///< Rows with a body.
+  [[nodiscard]] std::size_t cut_bodies() const;  ///< Of these, cut by the picture's border.
   [[nodiscard]] const std::vector<double>& sudden_changes_s() const { return sudden_changes_s_; }
+  [[nodiscard]] std::size_t kept_every() const { return step_; }  ///< 1: every frame that came is a row.
 
  private:
+  void thin_out();
+
+  std::size_t most_rows_;
+  std::size_t step_ = 1;
+  std::size_t seen_frames_ = 0;
   ThumbnailKeeper thumbnails_;
   outputs::NpyPictures* masks_;
   std::function<void(Nanoseconds)> seen_;
   std::vector<std::unique_ptr<const body::MaskState>> states_;
   std::vector<outputs::FrameRow> rows_;
-  std::size_t bodies_ = 0;
-  std::size_t cut_bodies_ = 0;
+  std::vector<bool> cut_;  // By row.
   std::vector<double> sudden_changes_s_;
 };
 

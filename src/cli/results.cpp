@@ -2,6 +2,7 @@
 #include "cli/results.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <span>
 #include <utility>
@@ -22,6 +23,11 @@ std::vector<std::string> warnings_of(const Summary& s, const config::Options& se
   if (std::max(size.width, size.height) > 4096) {
     warnings.push_back(fmt::format("frames of {} x {} pixels are looked at at {} x {} (working.rows)", size.width,
                                    size.height, s.working_size.width, s.working_size.height));
+  }
+  if (s.thinned_to_every > 1) {
+    warnings.push_back(fmt::format("of {} frames every {}{} is kept, so that the matrices have at most {} rows (matrix.most_rows)",
+                                   s.run.frames, s.thinned_to_every, s.thinned_to_every == 2 ? "nd" : "th",
+                                   settings.matrix_rows));
   }
   if (!s.sudden_changes_s.empty()) {
     // A strobe would fill the screen: the first few say enough, and the summary has them all.
@@ -76,6 +82,11 @@ outputs::PlotOptions plot_options(const Summary& s, const config::PlotSettings& 
   return options;
 }
 
+struct PlotOnItsWay {
+  outputs::PlotOptions options;
+  similarity::RasterReducer reducer;
+};
+
 }  // namespace
 
 void announce_files(Summary& summary, const outputs::OutputSet& files, const config::Options& settings, bool masks) {
@@ -85,6 +96,20 @@ void announce_files(Summary& summary, const outputs::OutputSet& files, const con
   for (const auto& name : summary.files) files.check(name);
 }
 
+std::size_t expected_frames(const Summary& summary, const pipeline::FrameSelection& selection, std::size_t most) {
+  const auto& source = summary.source;
+  if (!source.duration || source.nominal_fps <= 0) return 0;
+  const double seconds = to_seconds(std::min(*source.duration, selection.to) - selection.from);
+  double frames = std::max(0.0, std::ceil(seconds * source.nominal_fps));
+  frames = std::min(frames, double(selection.last_frame) - double(selection.first_frame) + 1.0);
+  return std::size_t(std::min(double(most), std::ceil(frames / double(selection.every))));
+}
+
+std::uintmax_t space_for(std::size_t frames, cv::Size masks) {
+  const std::uintmax_t n = frames;
+  return 2 * n * n * sizeof(float) + n * std::uintmax_t(masks.area());
+}
+
 void write_results(Summary& summary, const config::Config& config, const similarity::Comparer& states, Gathered gathered,
                    outputs::NpyPictures* masks, outputs::OutputSet& files, Session& session, const Clock& clock) {
   auto& console = session.console;
@@ -92,30 +117,44 @@ void write_results(Summary& summary, const config::Config& config, const similar
   auto& rows = gathered.rows;
   const std::size_t n = rows.size();
 
+  std::vector<double> times;
+  for (const auto& row : rows) times.push_back(row.time_s);
   auto start = clock.now();
-  const outputs::NpyMatrix z(files.add("z.npy"), n, n);
-  const outputs::NpyMatrix zstar(files.add("zstar.npy"), n, n);
-  const bool complete = similarity::all_pairs(states, z.view(), zstar.view(), session.interrupt.now(),
-                                              [&](double share) { console.progress("comparing all pairs", share); });
+  outputs::NpyMatrix z(files.add("z.npy"), n, n);
+  outputs::NpyMatrix zstar(files.add("zstar.npy"), n, n);
+  // The plots are reduced while the rows are there: nobody ever holds a whole matrix.
+  std::vector<PlotOnItsWay> plots;
+  for (const auto form : {outputs::PlotForm::kSquare, outputs::PlotForm::kTriangle}) {
+    const auto options = plot_options(summary, settings.plot, form);
+    plots.push_back({options, {form, times, outputs::raster_width_px(options)}});
+  }
+  const bool complete = similarity::pairs_by_bands(
+      states,
+      [&](similarity::Range band, MatrixView<const float> z_rows, MatrixView<const float> zstar_rows) {
+        z.write_symmetric(band.begin, z_rows);
+        zstar.write_symmetric(band.begin, zstar_rows);
+        for (std::size_t i = 0; i < band.size(); ++i) {
+          rows[band.begin + i].zstar_tt = zstar_rows(i, band.begin + i);
+          for (auto& plot : plots) plot.reducer.add_row(band.begin + i, z_rows.row(i), zstar_rows.row(i));
+        }
+      },
+      session.interrupt.now(), [&](double share) { console.progress("comparing all pairs", share); });
   console.finish_progress();
   if (!complete) throw Interrupted{};
-  std::vector<double> times;
-  for (std::size_t i = 0; i < n; ++i) {
-    rows[i].zstar_tt = zstar.view()(i, i);
-    times.push_back(rows[i].time_s);
-  }
   summary.pairs_wall = clock.now() - start;
 
   start = clock.now();
   outputs::write_npy(files.add("times.npy"), times);
   outputs::write_file(files.add("frames.csv"), outputs::frames_csv(rows));
   if (masks != nullptr) masks->close();
-  for (const auto& [name, form] : {std::pair{"plot", outputs::PlotForm::kSquare}, std::pair{"triangle", outputs::PlotForm::kTriangle}}) {
+  for (auto& [options, reducer] : plots) {
     if (session.interrupt.now().stop_requested()) throw Interrupted{};
-    console.progress("drawing", form == outputs::PlotForm::kSquare ? 0.0 : 0.5);
-    const outputs::Plot plot({z.view(), zstar.view(), times, gathered.thumbnails}, plot_options(summary, settings.plot, form));
-    plot.write_png(files.add(std::string(name) + ".png"));
-    if (settings.plot.svg) plot.write_svg(files.add(std::string(name) + ".svg"));
+    const bool square = options.form == outputs::PlotForm::kSquare;
+    console.progress("drawing", square ? 0.0 : 0.5);
+    const std::string name = square ? "plot" : "triangle";
+    const outputs::Plot plot(reducer.finish(), n, gathered.thumbnails, options);
+    plot.write_png(files.add(name + ".png"));
+    if (settings.plot.svg) plot.write_svg(files.add(name + ".svg"));
   }
   console.finish_progress();
   summary.plots_wall = clock.now() - start;

@@ -2,6 +2,7 @@
 // From compared states to the files of a run: matrices, tables, plots, summary.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,13 @@ struct Gathered {
 /// Names the files of a run, and refuses at once where one of them cannot be written.
 /// @throws Error (usage)
 void announce_files(Summary& summary, const outputs::OutputSet& files, const config::Options& settings, bool masks);
+
+/// How many rows the matrices of a source will have, by what it declares: at most `most`; 0 where it declares nothing.
+[[nodiscard]] std::size_t expected_frames(const Summary& summary, const pipeline::FrameSelection& selection, std::size_t most);
+
+/// Bytes that the files of so many frames need at least.
+/// @param masks  size of the masks that are saved; empty: none are.
+[[nodiscard]] std::uintmax_t space_for(std::size_t frames, cv::Size masks);
 
 /// Compares all pairs and writes everything into `files`, which it commits.
 /// @param states  as many as rows.

@@ -52,6 +52,8 @@ std::string to_json(const Summary& s, const config::Config& config) {
   json["working_size"] = json_of(s.working_size);
   json["span"] = s.span.empty() ? Json() : Json(s.span);
   json["every"] = s.every;
+  json["frames_seen"] = s.run.frames;
+  json["thinned_to_every"] = s.thinned_to_every;
   json["frames"] = s.frames;
   json["frames_without_body"] = s.frames_without_body;
   json["frames_with_body_cut_by_the_frame"] = s.frames_with_body_cut;

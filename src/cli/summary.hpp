@@ -30,6 +30,7 @@ struct Summary {
   std::uint64_t every = 1;
   cv::Size working_size;
   std::size_t frames = 0;
+  std::size_t thinned_to_every = 1;  ///< Of the frames taken, the first of each so many is a row.
   std::size_t frames_without_body = 0;
   std::size_t frames_with_body_cut = 0;
   double first_time_s = 0;

@@ -79,6 +79,15 @@ void OutputSet::check(const std::string& name) const {
   }
 }
 
+void OutputSet::require_space(std::uintmax_t bytes, std::string_view what) const {
+  std::error_code problem;
+  const auto space = fs::space(folder_, problem);
+  if (problem || space.available >= bytes) return;
+  throw usage_error(fmt::format("{} need {:.1f} GB, and \"{}\" has {:.1f} GB left", what, 1e-9 * double(bytes),
+                                folder_.string(), 1e-9 * double(space.available)),
+                    {}, "choose another disk with --out, or take fewer frames with --every or --span");
+}
+
 fs::path OutputSet::add(const std::string& name) {
   check(name);
   File file{folder_ / ("." + name + temporary_ending()), folder_ / name};

@@ -2,6 +2,7 @@
 // The files of one run: all under their final names, or none.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -24,6 +25,11 @@ class OutputSet {
   /// Refuses now what `add` would refuse after the work is done.
   /// @throws Error (usage) where a folder has that name already.
   void check(const std::string& name) const;
+
+  /// Refuses now what the disk could not hold after the work is done.
+  /// @param bytes  that will be written at least.  @param what  what needs them, for the message.
+  /// @throws Error (usage) where the folder's file system has fewer left.
+  void require_space(std::uintmax_t bytes, std::string_view what) const;
 
   /// Where to write the file that will be `folder / name`.
   /// @throws Error (usage) where a folder has that name already.

@@ -12,46 +12,97 @@
 namespace choreo::similarity {
 namespace {
 
-constexpr std::size_t kTile = 64;  // Rows and columns; a tile's two results are 32 KiB.
+// A tile is this wide and at most so many high: what a comparer prepares for a tile's columns serves all its rows. Its
+// two results are 256 KiB.
+constexpr std::size_t kTileCols = 64;
+constexpr std::size_t kTileRows = 512;
+// A band has as many tiles side by side as keep a few cores busy; of 20,000 states it takes 41 MB.
+constexpr std::size_t kBandTiles = 4;
 
-Range tile_range(std::size_t tile, std::size_t n) { return {tile * kTile, std::min(n, (tile + 1) * kTile)}; }
-
-void copy_transposed(MatrixView<const float> tile, MatrixView<float> matrix, Range rows, Range cols) {
-  for (std::size_t j = 0; j < cols.size(); ++j) {
-    auto* out = &matrix(cols.begin + j, rows.begin);
-    for (std::size_t i = 0; i < rows.size(); ++i) out[i] = tile(i, j);
+// Compares states `earlier` with `later` and writes the result turned over, a row for each of the later ones.
+void compare_turned(const Comparer& states, Range earlier, Range later, std::size_t first_row, MatrixView<float> z,
+                    MatrixView<float> zstar) {
+  const std::size_t size = earlier.size() * later.size();
+  std::vector<float> tile(2 * size);
+  const MatrixView<float> z_tile(tile.data(), earlier.size(), later.size());
+  const MatrixView<float> zstar_tile(tile.data() + size, earlier.size(), later.size());
+  states.compare(earlier, later, z_tile, zstar_tile);
+  for (std::size_t j = 0; j < later.size(); ++j) {
+    auto* z_out = &z(later.begin + j - first_row, earlier.begin);
+    auto* zstar_out = &zstar(later.begin + j - first_row, earlier.begin);
+    for (std::size_t i = 0; i < earlier.size(); ++i) {
+      z_out[i] = z_tile(i, j);
+      zstar_out[i] = zstar_tile(i, j);
+    }
   }
 }
 
 }  // namespace
 
+bool pairs_by_bands(const Comparer& states, const BandSink& sink, std::stop_token stop,
+                    const std::function<void(double)>& progress) {
+  const std::size_t n = states.size();
+  std::vector<float> z;
+  std::vector<float> zstar;
+  std::atomic<std::size_t> done{0};  // Pairs.
+  struct Tile {
+    Range earlier, later;
+  };
+  std::vector<Tile> tiles;
+  for (std::size_t begin = 0; begin < n; begin += kBandTiles * kTileCols) {
+    const Range rows{begin, std::min(n, begin + kBandTiles * kTileCols)};
+    z.resize(rows.size() * rows.end);
+    zstar.resize(rows.size() * rows.end);
+    const MatrixView<float> z_band(z.data(), rows.size(), rows.end);
+    const MatrixView<float> zstar_band(zstar.data(), rows.size(), rows.end);
+    tiles.clear();
+    for (std::size_t col = rows.begin; col < rows.end; col += kTileCols) {
+      const Range later{col, std::min(rows.end, col + kTileCols)};
+      for (std::size_t row = 0; row < later.end; row += kTileRows) {
+        tiles.push_back({{row, std::min(later.end, row + kTileRows)}, later});
+      }
+    }
+    const auto before = done.load();
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tiles.size(), 1), [&](const auto& range) {
+      for (std::size_t k = range.begin(); k < range.end() && !stop.stop_requested(); ++k) {
+        compare_turned(states, tiles[k].earlier, tiles[k].later, rows.begin, z_band, zstar_band);
+        done.fetch_add(tiles[k].earlier.size() * tiles[k].later.size(), std::memory_order_relaxed);
+      }
+    });
+    std::size_t wanted = 0;
+    for (const auto& tile : tiles) wanted += tile.earlier.size() * tile.later.size();
+    if (done.load() - before != wanted) return false;
+    // Right of a row's own tile the band's rows meet later rows of the same band: those know.
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const auto own_tile_end = std::min(rows.size(), (i / kTileCols + 1) * kTileCols);
+      for (std::size_t j = own_tile_end; j < rows.size(); ++j) {
+        z_band(i, rows.begin + j) = z_band(j, rows.begin + i);
+        zstar_band(i, rows.begin + j) = zstar_band(j, rows.begin + i);
+      }
+    }
+    sink(rows, z_band, zstar_band);
+    if (progress) progress(double(rows.end) / double(n) * double(rows.end) / double(n));
+  }
+  return true;
+}
+
 bool all_pairs(const Comparer& states, MatrixView<float> z, MatrixView<float> zstar, std::stop_token stop,
                const std::function<void(double)>& progress) {
-  const std::size_t n = states.size();
-  assert(z.rows() == n && z.cols() == n && zstar.rows() == n && zstar.cols() == n);
-  const std::size_t tiles = (n + kTile - 1) / kTile;
-  const std::size_t count = tiles * (tiles + 1) / 2;
-  std::atomic<std::size_t> done{0};
-  // Tiles of the upper triangle, row by row: k is the tile's place in that order.
-  const auto work = [&](std::size_t k) {
-    std::size_t row = 0;
-    while (k >= tiles - row) k -= tiles - row++;
-    const auto rows = tile_range(row, n);
-    const auto cols = tile_range(row + k, n);
-    const MatrixView<float> z_tile(&z(rows.begin, cols.begin), rows.size(), cols.size(), z.stride());
-    const MatrixView<float> zstar_tile(&zstar(rows.begin, cols.begin), rows.size(), cols.size(), zstar.stride());
-    states.compare(rows, cols, z_tile, zstar_tile);
-    if (k > 0) {
-      copy_transposed(z_tile, z, rows, cols);
-      copy_transposed(zstar_tile, zstar, rows, cols);
+  assert(z.rows() == states.size() && z.cols() == states.size());
+  assert(zstar.rows() == states.size() && zstar.cols() == states.size());
+  const auto copy = [](Range rows, MatrixView<const float> band, MatrixView<float> matrix) {
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      std::copy_n(&band(i, 0), rows.end, &matrix(rows.begin + i, 0));
+      for (std::size_t j = 0; j < rows.begin; ++j) matrix(j, rows.begin + i) = band(i, j);
     }
-    const auto so_far = done.fetch_add(1, std::memory_order_relaxed) + 1;
-    if (progress && (so_far == count || so_far % 64 == 0)) progress(double(so_far) / double(count));
   };
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 1), [&](const tbb::blocked_range<std::size_t>& range) {
-    for (std::size_t k = range.begin(); k < range.end() && !stop.stop_requested(); ++k) work(k);
-  });
-  return done.load() == count;
+  return pairs_by_bands(
+      states,
+      [&](Range rows, MatrixView<const float> z_band, MatrixView<const float> zstar_band) {
+        copy(rows, z_band, z);
+        copy(rows, zstar_band, zstar);
+      },
+      std::move(stop), progress);
 }
 
 }  // namespace choreo::similarity

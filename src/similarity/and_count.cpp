@@ -14,44 +14,6 @@ namespace choreo::similarity::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-void AndCountBlock(const std::uint8_t* const* rows, const std::uint8_t* const* cols, std::size_t bytes,
-                   std::uint32_t* counts) {
-  static_assert(kBlockRows == 2 && kBlockCols == 2);
-  const hn::ScalableTag<std::uint8_t> d8;
-  const hn::ScalableTag<std::uint64_t> d64;
-  const std::size_t lanes = hn::Lanes(d8);
-  // A byte has at most 8 bits set, so 31 additions cannot overflow a lane.
-  const std::size_t most = 31 * lanes;
-
-  auto sum00 = hn::Zero(d64);
-  auto sum01 = hn::Zero(d64);
-  auto sum10 = hn::Zero(d64);
-  auto sum11 = hn::Zero(d64);
-  for (std::size_t begin = 0; begin < bytes; begin += most) {
-    const std::size_t end = bytes - begin < most ? bytes : begin + most;
-    auto part00 = hn::Zero(d8);
-    auto part01 = hn::Zero(d8);
-    auto part10 = hn::Zero(d8);
-    auto part11 = hn::Zero(d8);
-    for (std::size_t i = begin; i < end; i += lanes) {
-      const auto col0 = hn::Load(d8, cols[0] + i);
-      const auto col1 = hn::Load(d8, cols[1] + i);
-      part00 = hn::Add(part00, hn::PopulationCount(hn::And(hn::Load(d8, rows[0] + i), col0)));
-      part01 = hn::Add(part01, hn::PopulationCount(hn::And(hn::Load(d8, rows[1] + i), col1)));
-      part10 = hn::Add(part10, hn::PopulationCount(hn::And(hn::Load(d8, rows[2] + i), col0)));
-      part11 = hn::Add(part11, hn::PopulationCount(hn::And(hn::Load(d8, rows[3] + i), col1)));
-    }
-    sum00 = hn::Add(sum00, hn::SumsOf8(part00));
-    sum01 = hn::Add(sum01, hn::SumsOf8(part01));
-    sum10 = hn::Add(sum10, hn::SumsOf8(part10));
-    sum11 = hn::Add(sum11, hn::SumsOf8(part11));
-  }
-  counts[0] += static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(d64, sum00)));
-  counts[1] += static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(d64, sum01)));
-  counts[2] += static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(d64, sum10)));
-  counts[3] += static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(d64, sum11)));
-}
-
 using D8 = hn::CappedTag<std::uint8_t, kBitAlignment>;
 using D64 = hn::Repartition<std::uint64_t, D8>;
 using V8 = hn::Vec<D8>;
@@ -173,6 +135,72 @@ void AndCountTwice(const std::uint8_t* row, const std::uint8_t* straight, const 
   counts[1] += second + static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(d64, sum1)));
 }
 
+using D16 = hn::CappedTag<std::uint16_t, kRunLanes>;
+
+void RunSums(const std::uint8_t* columns, std::size_t line_bytes, std::size_t lines, std::uint16_t* sums) {
+  const D16 d16;
+  const hn::Rebind<std::uint8_t, D16> d8;
+  const std::size_t lanes = hn::Lanes(d16);
+  for (std::size_t line = 0; line < lines; ++line) {
+    for (std::size_t lane = 0; lane < kRunLanes; lane += lanes) {
+      const auto* in = columns + line * line_bytes * kRunLanes + lane;
+      auto* out = sums + line * sums_per_line(line_bytes) + lane;
+      auto sum = hn::Zero(d16);
+      for (int k = 0; k < 2; ++k, out += kRunLanes) hn::Store(sum, d16, out);
+      for (std::size_t byte = 0; byte < line_bytes; ++byte, in += kRunLanes) {
+        const auto pixels = hn::LoadU(d8, in);
+        auto part = hn::Zero(d8);
+        for (int k = 0; k < 8; ++k, out += kRunLanes) {
+          const auto bit = hn::Set(d8, static_cast<std::uint8_t>(1U << k));
+          // Where the bit is set the comparison gives 255, which is -1.
+          part = hn::Sub(part, hn::VecFromMask(d8, hn::Eq(hn::And(pixels, bit), bit)));
+          hn::Store(hn::Add(sum, hn::PromoteTo(d16, part)), d16, out);
+        }
+        sum = hn::Add(sum, hn::PromoteTo(d16, part));
+      }
+      hn::Store(sum, d16, out);
+    }
+  }
+}
+
+// Adds the runs in `vectors` neighbouring vectors of lanes.
+template <std::size_t kVectors>
+HWY_INLINE void RunCountOf(const std::uint16_t* sums, const std::uint32_t* places, std::size_t count,
+                           std::uint16_t* out) {
+  const D16 d16;
+  const std::size_t lanes = hn::Lanes(d16);
+  auto ends0 = hn::Zero(d16);
+  auto ends1 = ends0;
+  auto begins0 = ends0;
+  auto begins1 = ends0;
+  for (std::size_t k = 0; k < count; k += 2) {
+    const auto* begin = sums + places[k];
+    const auto* end = sums + places[k + 1];
+    begins0 = hn::Add(begins0, hn::Load(d16, begin));
+    ends0 = hn::Add(ends0, hn::Load(d16, end));
+    if constexpr (kVectors == 2) {
+      begins1 = hn::Add(begins1, hn::Load(d16, begin + lanes));
+      ends1 = hn::Add(ends1, hn::Load(d16, end + lanes));
+    }
+  }
+  // The sums may have passed 65,535; their difference has not.
+  hn::Store(hn::Sub(ends0, begins0), d16, out);
+  if constexpr (kVectors == 2) hn::Store(hn::Sub(ends1, begins1), d16, out + lanes);
+}
+
+void RunCount(const std::uint16_t* sums, const std::uint32_t* places, std::size_t count, std::uint32_t* counts) {
+  HWY_ALIGN std::uint16_t common[kRunLanes];
+  const std::size_t lanes = hn::Lanes(D16());
+  if (lanes == kRunLanes) {
+    RunCountOf<1>(sums, places, count, common);
+  } else {
+    for (std::size_t lane = 0; lane < kRunLanes; lane += 2 * lanes) {
+      RunCountOf<2>(sums + lane, places, count, common + lane);
+    }
+  }
+  for (std::size_t lane = 0; lane < kRunLanes; ++lane) counts[lane] += common[lane];
+}
+
 const char* NameOfTarget() { return hwy::TargetName(HWY_TARGET); }
 
 }  // namespace choreo::similarity::HWY_NAMESPACE
@@ -191,23 +219,42 @@ HWY_AFTER_NAMESPACE();
 namespace choreo::similarity {
 namespace {
 
-HWY_EXPORT(AndCountBlock);
 HWY_EXPORT(AndCountTwice);
+HWY_EXPORT(RunSums);
+HWY_EXPORT(RunCount);
 HWY_EXPORT(NameOfTarget);
-
-void and_count_block_scalar(const std::uint8_t* const* rows, const std::uint8_t* const* cols, std::size_t bytes,
-                            std::uint32_t* counts) {
-  for (std::size_t i = 0; i < kBlockRows; ++i) {
-    for (std::size_t j = 0; j < kBlockCols; ++j) {
-      counts[i * kBlockCols + j] += and_count_scalar(rows[i * kBlockCols + j], cols[j], bytes);
-    }
-  }
-}
 
 void and_count_twice_scalar(const std::uint8_t* row, const std::uint8_t* straight, const std::uint8_t* mirrored,
                             std::size_t bytes, const std::uint8_t* /*next*/, std::uint32_t* counts) {
   counts[0] += and_count_scalar(row, straight, bytes);
   counts[1] += and_count_scalar(row, mirrored, bytes);
+}
+
+void run_sums_scalar(const std::uint8_t* columns, std::size_t line_bytes, std::size_t lines, std::uint16_t* sums) {
+  const auto width = 8 * line_bytes;
+  for (std::size_t line = 0; line < lines; ++line) {
+    for (std::size_t lane = 0; lane < kRunLanes; ++lane) {
+      std::uint16_t sum = 0;
+      for (std::size_t place = 0; place < width + 3; ++place) {
+        // Place 1 + x: the pixel left of x is at place - 2.
+        if (place >= 2 && place < width + 2) {
+          const auto x = place - 2;
+          const auto byte = columns[(line * line_bytes + x / 8) * kRunLanes + lane];
+          sum = static_cast<std::uint16_t>(sum + (byte >> (x % 8) & 1));
+        }
+        sums[line * sums_per_line(line_bytes) + place * kRunLanes + lane] = sum;
+      }
+    }
+  }
+}
+
+void run_count_scalar(const std::uint16_t* sums, const std::uint32_t* places, std::size_t count,
+                      std::uint32_t* counts) {
+  for (std::size_t k = 0; k < count; k += 2) {
+    for (std::size_t lane = 0; lane < kRunLanes; ++lane) {
+      counts[lane] += std::uint32_t{sums[places[k + 1] + lane]} - sums[places[k] + lane];
+    }
+  }
 }
 
 }  // namespace
@@ -231,10 +278,10 @@ std::vector<AndCountKernel> and_count_kernels() {
     hwy::ChosenTarget choice;
     choice.Update(target);
     const auto index = choice.GetIndex();
-    kernels.push_back({HWY_DISPATCH_TABLE(NameOfTarget)[index](), HWY_DISPATCH_TABLE(AndCountBlock)[index],
-                       HWY_DISPATCH_TABLE(AndCountTwice)[index]});
+    kernels.push_back({HWY_DISPATCH_TABLE(NameOfTarget)[index](), HWY_DISPATCH_TABLE(AndCountTwice)[index],
+                       HWY_DISPATCH_TABLE(RunSums)[index], HWY_DISPATCH_TABLE(RunCount)[index]});
   }
-  kernels.push_back({"scalar", &and_count_block_scalar, &and_count_twice_scalar});
+  kernels.push_back({"scalar", &and_count_twice_scalar, &run_sums_scalar, &run_count_scalar});
   return kernels;
 }
 

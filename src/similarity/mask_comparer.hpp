@@ -2,46 +2,42 @@
 // Z and Z* of silhouettes, fast.
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <memory>
-#include <span>
-#include <vector>
 
-#include "body/mask_state.hpp"
 #include "similarity/and_count.hpp"
-#include "similarity/bit_buffer.hpp"
 #include "similarity/comparer.hpp"
+#include "similarity/mask_table.hpp"
 
 namespace choreo::similarity {
 
-/// Silhouettes as bit strings on one canvas, cropped to what the bodies occupy around their centroids.
+/// Silhouettes around their centroids on one canvas, cropped to what the bodies occupy.
 ///
 /// Every value equals the specification (`body::similarity`, `body::mirror_similarity`) to the last bit of a float:
-/// both count the same pixels and divide alike. The canvas keeps a column on either side in which no mask has
-/// a bit, so that the mirror's shift by one pixel is a shift of the whole string by one bit.
+/// all count the same pixels and divide alike. Which of two ways counts them only decides how long it takes.
 class MaskComparer final : public Comparer {
  public:
-  /// @param states  one a frame, empty where a frame has no body; may be destroyed afterwards.
-  MaskComparer(std::span<const std::unique_ptr<const body::MaskState>> states, AndCountKernel kernel);
+  enum class Method {
+    kFaster,  ///< Runs where the masks are bodies; bits where they are more like noise.
+    kBits,    ///< AND and population count of bit strings (MaskBits).
+    kRuns,    ///< Sums at the ends of runs (MaskRuns); bits after all where a line has more than 65,528 pixels.
+  };
 
-  [[nodiscard]] std::size_t size() const override { return areas_.size(); }
+  /// @param states  one a frame, empty where a frame has no body; may be destroyed afterwards.
+  MaskComparer(MaskStates states, AndCountKernel kernel, Method method = Method::kFaster);
+
+  [[nodiscard]] std::size_t size() const override { return table_->size(); }
   void compare(Range rows, Range cols, MatrixView<float> z, MatrixView<float> zstar) const override;
 
-  [[nodiscard]] cv::Size canvas() const { return canvas_.size(); }          ///< Pixels, margins included.
-  [[nodiscard]] std::size_t bytes_per_state() const { return 2 * bytes_; }  ///< The mask and its mirror image.
+  [[nodiscard]] cv::Size canvas() const { return table_->canvas.size(); }  ///< Pixels, margins included.
+  [[nodiscard]] std::size_t bytes() const { return bytes_; }               ///< Held for comparing.
+  [[nodiscard]] Method method() const { return method_; }                  ///< kBits or kRuns.
 
  private:
-  class Scratch;
-
-  [[nodiscard]] const std::uint8_t* mask(std::size_t i) const { return bits_.get() + 2 * i * bytes_; }
-  [[nodiscard]] const std::uint8_t* mirror(std::size_t i) const { return mask(i) + bytes_; }
-
-  AndCountKernel kernel_;
-  cv::Rect canvas_;                  // In coordinates relative to the centroid.
-  std::size_t bytes_ = 0;            // Of one bit string, a multiple of kBitAlignment.
-  std::vector<std::int64_t> areas_;  // 0: a gap.
-  std::vector<std::int64_t> remainders_;
-  BitBuffer bits_;  // A mask and its mirror image a state.
+  std::shared_ptr<const MaskTable> table_;
+  Method method_ = Method::kBits;
+  std::size_t bytes_ = 0;
+  std::unique_ptr<const Comparer> comparer_;
 };
 
 }  // namespace choreo::similarity

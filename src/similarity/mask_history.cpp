@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "similarity/mask_table.hpp"
 
 namespace choreo::similarity {
 namespace {
@@ -24,14 +25,7 @@ constexpr int floor_div(int a, int b) { return a >= 0 ? a / b : -((b - 1 - a) / 
 
 // 32 pixels of a mask's line from x = `first` (relative to the centroid) on, bit k the pixel at first + k.
 std::uint32_t cell_at(const body::MaskState& state, const std::uint64_t* line, int first) {
-  const int k = first - state.box().x;
-  const auto word = std::ptrdiff_t(floor_div(k, 64));
-  const auto words = std::ptrdiff_t(state.row_words());
-  const auto at = [&](std::ptrdiff_t i) { return i >= 0 && i < words ? line[i] : 0; };
-  const int shift = k - int(word) * 64;
-  auto bits = at(word) >> shift;
-  if (shift > kCell) bits |= at(word + 1) << (64 - shift);
-  return static_cast<std::uint32_t>(bits);
+  return static_cast<std::uint32_t>(pixels_from(state, line, first));
 }
 
 constexpr std::uint32_t reversed(std::uint32_t bits) {
@@ -177,7 +171,8 @@ std::size_t MaskHistory::sort_by_layout_and_shift(const Row& query) {
   return count;
 }
 
-void MaskHistory::append(const body::MaskState* state, std::span<float> z, std::span<float> zstar) {
+// The slot of the newest state, with the state in it.
+std::size_t MaskHistory::take_slot(const body::MaskState* state) {
   if (state != nullptr && (state->box().width > picture_.width || state->box().height > picture_.height)) {
     throw failure(fmt::format("a body of {} x {} pixels does not come from a picture of {} x {}", state->box().width,
                               state->box().height, picture_.width, picture_.height));
@@ -185,17 +180,27 @@ void MaskHistory::append(const body::MaskState* state, std::span<float> z, std::
   if (size_ == capacity()) drop_oldest(1);
   const auto slot = slot_of(size_);
   ++size_;
+  if (state != nullptr) {
+    store(*state, slot);
+  } else {
+    rows_[slot] = {};
+  }
+  return slot;
+}
+
+void MaskHistory::remember(const body::MaskState* state) { take_slot(state); }
+
+void MaskHistory::append(const body::MaskState* state, std::span<float> z, std::span<float> zstar) {
+  const auto slot = take_slot(state);
   bytes_read_ = 0;
   assert(z.size() >= size_ && zstar.size() >= size_);
 
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
   if (state == nullptr) {
-    rows_[slot] = {};
     std::fill_n(z.begin(), size_, kNaN);
     std::fill_n(zstar.begin(), size_, kNaN);
     return;
   }
-  store(*state, slot);
   for (std::size_t age = 0; age < size_; ++age) {
     if (rows_[slot_of(age)].area == 0) z[age] = zstar[age] = kNaN;
   }

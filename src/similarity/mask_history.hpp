@@ -46,8 +46,13 @@ class MaskHistory final : public History {
   /// @cost O(bytes read), see `bytes_read`; no allocation.
   void append(const body::MaskState* state, std::span<float> z, std::span<float> zstar);
 
+
   /// The `age`-th oldest state, as it was but for where it stood in its picture; nullptr for a gap.
   [[nodiscard]] std::unique_ptr<const body::MaskState> state(std::size_t age) const;
+
+  /// Appends a state, or a gap, without comparing it: for a history that begins with what is known already.
+  /// As `append` otherwise.
+  void remember(const body::MaskState* state);
 
   /// How many bytes of the history the last `append` read, each once.
   [[nodiscard]] std::size_t bytes_read() const { return bytes_read_; }
@@ -78,6 +83,7 @@ class MaskHistory final : public History {
   [[nodiscard]] std::size_t slot_of(std::size_t age) const { return (first_ + age) % rows_.size(); }
   [[nodiscard]] std::uint8_t* bits_of(std::size_t slot) const { return bits_.get() + slot * slot_bytes_; }
   [[nodiscard]] Part common_part(const Row& row, cv::Rect box) const;
+  std::size_t take_slot(const body::MaskState* state);
   void store(const body::MaskState& state, std::size_t slot);
   std::size_t sort_by_layout_and_shift(const Row& query);
 

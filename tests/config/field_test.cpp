@@ -89,6 +89,7 @@ std::vector<Case> cases() {
        std::move(no_zones)},
       {"working.rows", {"0", "1", "8640"}, no_integer({"-1", "8641"})},
       {"motion.window_s", {"0.001", "10", "1"}, no_number({"0", "10.1", "-1", "1e-320"})},
+      {"matrix.most_rows", {"2", "20000", "1000000"}, no_integer({"1", "0", "1000001"})},
       {"plot.channels", {"\"both\"", "\"z\"", "\"zstar\""}, kNoWord},
       {"plot.page", {"\"light\"", "\"dark\""}, kNoWord},
       {"plot.svg", {"true", "false"}, kNoFlag},

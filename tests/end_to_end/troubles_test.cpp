@@ -170,6 +170,39 @@ TEST_F(Troubles, APictureLeftOutLeavesAGapInTheNumbers) {
   EXPECT_EQ(Results(out()).n, 1u) << "frame 2; frame 3 is damaged. " << run.told();
 }
 
+TEST_F(Troubles, ALongRecordingIsThinnedUntilItFits) {
+  constexpr auto kClip = "synthetic://jumping-jacks?size=64x48&duration=2&empty=1";
+  const auto all = folder_ / "all";
+  analyze(kClip, all, {"--save", "masks"});
+  EXPECT_THAT(warned(kClip, {"--set", "matrix.most_rows=25", "--save", "masks"}), AllOf(HasSubstr("every 4th"), HasSubstr("90 frames")));
+  const Results r(out());
+  const Results whole(all);
+  ASSERT_EQ(r.n, 23u) << "frames 1, 5, ... 89 of 90";
+  EXPECT_EQ(r.summary["thinned_to_every"], 4);
+  EXPECT_EQ(r.summary["frames_seen"], 90);
+  const auto masks = read_npy(out() + "/masks.npy");
+  const auto whole_masks = read_npy(all + "/masks.npy");
+  ASSERT_EQ(masks.shape.at(0), 23u);
+  const std::size_t size = masks.data.size() / 23;
+  for (std::size_t i = 0; i < r.n; ++i) {
+    EXPECT_EQ(r.time_s[i], whole.time_s[4 * i]);
+    EXPECT_TRUE(std::equal(masks.data.begin() + std::ptrdiff_t(i * size), masks.data.begin() + std::ptrdiff_t((i + 1) * size),
+                           whole_masks.data.begin() + std::ptrdiff_t(4 * i * size)))
+        << i;
+    for (std::size_t j = 0; j < r.n; ++j) {
+      const bool gap = std::isnan(whole.Z(4 * i, 4 * j));
+      ASSERT_TRUE(gap ? std::isnan(r.Z(i, j)) : r.Z(i, j) == whole.Z(4 * i, 4 * j)) << i << ", " << j;
+    }
+  }
+  EXPECT_EQ(Results(out()).summary["frames_without_body"], 8) << "1 s without a body, every 4th frame of it";
+}
+
+TEST_F(Troubles, AMatrixTooLargeForTheDiskIsRefusedBeforeTheWork) {
+  const auto complaint = refused("synthetic://walking?size=64x48&fps=240&duration=36000", {"--set", "matrix.most_rows=1000000"});
+  EXPECT_THAT(complaint, AllOf(HasSubstr("1000000 frames"), HasSubstr("8000.0 GB"), HasSubstr("left")));
+  EXPECT_THAT(hint(), HasSubstr("--every"));
+}
+
 TEST_F(Troubles, ThumbnailsBehindTheEnd) {
   EXPECT_THAT(warned("synthetic://jumping-jacks?size=64x48&duration=1", {"--set", "plot.thumbnails_at_s=[0.5, 99]"}),
               AllOf(HasSubstr("99 s"), HasSubstr("plot.thumbnails_at_s")));

@@ -114,22 +114,38 @@ TEST_F(Npy, TheBytesAreLittleEndian) {
   EXPECT_THAT(read_npy(folder_ / "one.npy").data, ElementsAre(0, 0, 0, 0, 0, 0, 0xf0, 0x3f));
 }
 
-TEST_F(Npy, AMatrixInItsFileIsRowMajorAndBeginsAsZeros) {
+TEST_F(Npy, AMatrixWrittenInBandsIsWholeAndSymmetric) {
+  // The number at (i, j) is 10 times the larger plus the smaller; bands of 2, 1 and 20 rows.
+  const std::size_t n = 23;
+  const auto value = [](std::size_t i, std::size_t j) { return float(100 * std::max(i, j) + std::min(i, j)); };
   {
-    const NpyMatrix matrix(folder_ / "z.npy", 3, 5);
-    EXPECT_EQ(matrix.view().rows(), 3u);
-    EXPECT_EQ(matrix.view().cols(), 5u);
-    matrix.view()(0, 1) = 0.25F;
-    matrix.view()(2, 4) = std::nanf("");
-    matrix.view().row(1)[0] = -1.5F;
+    NpyMatrix matrix(folder_ / "z.npy", n, n);
+    for (const auto& [first, end] : {std::pair{0, 2}, {2, 3}, {3, 23}}) {
+      const auto rows = std::size_t(end - first);
+      std::vector<float> band;
+      for (std::size_t i = std::size_t(first); i < std::size_t(end); ++i) {
+        for (std::size_t j = 0; j < std::size_t(end); ++j) band.push_back(value(i, j));
+      }
+      matrix.write_symmetric(std::size_t(first), {band.data(), rows, std::size_t(end)});
+    }
   }
   const auto array = read_npy(folder_ / "z.npy");
   EXPECT_EQ(array.descr, "<f4");
-  EXPECT_THAT(array.shape, ElementsAre(3, 5));
+  EXPECT_THAT(array.shape, ElementsAre(n, n));
   const auto values = array.values<float>();
-  ASSERT_EQ(values.size(), 15u);
-  for (std::size_t i = 0; i < 14; ++i) EXPECT_EQ(values[i], i == 1 ? 0.25F : i == 5 ? -1.5F : 0.0F) << i;
-  EXPECT_TRUE(std::isnan(values[14]));
+  ASSERT_EQ(values.size(), n * n);
+  for (std::size_t k = 0; k < n * n; ++k) ASSERT_EQ(values[k], value(k / n, k % n)) << k / n << ", " << k % n;
+}
+
+TEST_F(Npy, NaNsAreWrittenAsTheyAreAndWhatIsNotWrittenIsZero) {
+  {
+    NpyMatrix matrix(folder_ / "z.npy", 2, 2);
+    const float nan = std::nanf("");
+    matrix.write_symmetric(0, {&nan, 1, 1});
+  }
+  const auto values = read_npy(folder_ / "z.npy").values<float>();
+  EXPECT_TRUE(std::isnan(values[0]));
+  EXPECT_THAT((std::vector<float>{values[1], values[2], values[3]}), ElementsAre(0.0F, 0.0F, 0.0F));
 }
 
 TEST_F(Npy, AMatrixReplacesWhatWasThereAndMayBeEmpty) {
@@ -154,6 +170,28 @@ TEST_F(Npy, AMatrixWhoseSizeNoNumberHoldsIsAFailure) {
     const auto error = error_of([&] { const NpyMatrix matrix(folder_ / "z.npy", n, n); });
     ASSERT_TRUE(error) << n;
     EXPECT_EQ(error->fault(), Fault::kFailure);
+  }
+}
+
+TEST_F(Npy, EverySecondPictureIsKeptInItsPlace) {
+  for (const int count : {0, 1, 2, 7, 8}) {
+    NpyPictures pictures(folder_ / "masks.npy", {3, 2});
+    const auto picture = [](int i) {
+      cv::Mat mask = cv::Mat::zeros(2, 3, CV_8UC1);
+      for (int k = 0; k < 6; ++k) mask.at<std::uint8_t>(k / 3, k % 3) = (i >> k & 1) != 0 ? 255 : 0;
+      return mask;
+    };
+    for (int i = 0; i < count; ++i) pictures.add(picture(i));
+    pictures.keep_every_second();
+    pictures.add(picture(63));
+    pictures.close();
+    const auto array = read_npy(folder_ / "masks.npy");
+    const auto kept = std::size_t(count + 1) / 2;
+    EXPECT_THAT(array.shape, ElementsAre(kept + 1, 2, 3));
+    ASSERT_EQ(array.data.size(), 6 * (kept + 1));
+    for (std::size_t i = 0; i <= kept; ++i) {
+      for (std::size_t k = 0; k < 6; ++k) EXPECT_EQ(array.data[6 * i + k], i == kept ? 1 : (2 * i) >> k & 1U) << i;
+    }
   }
 }
 

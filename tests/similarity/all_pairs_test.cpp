@@ -109,6 +109,35 @@ TEST(AllPairs, OneThreadGivesTheSameBytesAsMany) {
   }
 }
 
+TEST(PairsByBands, EveryRowComesOnceInOrderAgainstAllUpToItsBandsEnd) {
+  for (const std::size_t n : {0, 1, 63, 64, 65, 255, 256, 257, 1000}) {
+    std::size_t next = 0;
+    EXPECT_TRUE(pairs_by_bands(Pairs(n), [&](Range rows, MatrixView<const float> z, MatrixView<const float> zstar) {
+      EXPECT_EQ(rows.begin, next);
+      next = rows.end;
+      ASSERT_EQ(z.rows(), rows.size());
+      ASSERT_EQ(z.cols(), rows.end);
+      ASSERT_EQ(zstar.cols(), rows.end);
+      for (std::size_t i = rows.begin; i < rows.end; ++i) {
+        for (std::size_t j = 0; j < rows.end; ++j) {
+          ASSERT_EQ(z(i - rows.begin, j), float(std::min(i, j) * n + std::max(i, j))) << i << "," << j << " of " << n;
+          ASSERT_EQ(zstar(i - rows.begin, j), -z(i - rows.begin, j));
+        }
+      }
+    }));
+    EXPECT_EQ(next, n);
+  }
+}
+
+TEST(PairsByBands, NoBandIsGivenIncomplete) {
+  std::stop_source stop;
+  Pairs pairs(1000);
+  pairs.stop_at_first(stop);
+  int bands = 0;
+  EXPECT_FALSE(pairs_by_bands(pairs, [&](auto...) { ++bands; }, stop.get_token()));
+  EXPECT_EQ(bands, 0);
+}
+
 TEST(AllPairs, AStopBeforeTheStartComparesNothing) {
   std::stop_source stop;
   stop.request_stop();

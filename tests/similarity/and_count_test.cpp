@@ -2,6 +2,7 @@
 // Every compiled kernel against the specification.
 #include "similarity/and_count.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <cstring>
@@ -12,6 +13,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.hpp"
+#include "similarity/bit_buffer.hpp"
 
 namespace choreo::similarity {
 namespace {
@@ -65,33 +67,6 @@ TEST(AndCount, TheSpecificationCountsCommonBits) {
 }
 
 TEST(AndCount, EveryKernelCountsAsTheSpecificationDoes) {
-  std::mt19937 random(21);
-  for (const auto& kernel : and_count_kernels()) {
-    for (const auto bytes : sizes()) {
-      for (const auto how : {Fill::kRandom, Fill::kOnes, Fill::kSparse}) {
-        std::vector<Bits> strings;
-        for (int k = 0; k < 6; ++k) {
-          strings.emplace_back(bytes);
-          fill(strings.back().get(), bytes, how, random);
-        }
-        const std::array<const std::uint8_t*, 4> rows = {strings[0].get(), strings[1].get(), strings[2].get(),
-                                                         strings[3].get()};
-        const std::array<const std::uint8_t*, 2> cols = {strings[4].get(), strings[5].get()};
-        // It adds to what is there.
-        std::array<std::uint32_t, 4> counts = {1, 20, 300, 4000};
-        auto expected = counts;
-        for (std::size_t i = 0; i < 4; ++i) expected[i] += and_count_scalar(rows[i], cols[i % 2], bytes);
-        kernel.block(rows.data(), cols.data(), bytes, counts.data());
-        EXPECT_EQ(counts, expected) << kernel.name << ", " << bytes << " bytes, fill " << int(how);
-        if (how == Fill::kOnes) {
-          EXPECT_EQ(counts[3], 4000 + 8 * bytes) << "no lane overflows";
-        }
-      }
-    }
-  }
-}
-
-TEST(AndCount, EveryKernelCountsOneReadingTwice) {
   std::mt19937 random(22);
   for (const auto& kernel : and_count_kernels()) {
     for (const auto bytes : sizes()) {
@@ -106,11 +81,15 @@ TEST(AndCount, EveryKernelCountsOneReadingTwice) {
           fill(mirrored.get(), bytes + 64, how, random);
           const auto* first = straight.get() + offset;
           const auto* second = mirrored.get() + 64 - offset;
+          // It adds to what is there.
           std::array<std::uint32_t, 2> counts = {1, 20};
           const std::array<std::uint32_t, 2> expected = {1 + and_count_scalar(row.get(), first, bytes),
                                                          20 + and_count_scalar(row.get(), second, bytes)};
           kernel.twice(row.get(), first, second, bytes, row.get(), counts.data());
           EXPECT_EQ(counts, expected) << kernel.name << ", " << bytes << " bytes, fill " << int(how);
+          if (how == Fill::kOnes) {
+            EXPECT_EQ(counts[1], 20 + 8 * bytes) << "no lane overflows";
+          }
         }
       }
     }
@@ -121,26 +100,102 @@ TEST(AndCount, ReadsNothingPastTheEnd) {
   for (const auto& kernel : and_count_kernels()) {
     Bits ones(64);
     std::memset(ones.get(), 0xFF, 128);  // 64 bytes beyond the length given.
-    const std::array<const std::uint8_t*, 4> rows = {ones.get(), ones.get(), ones.get(), ones.get()};
-    std::array<std::uint32_t, 4> counts{};
-    kernel.block(rows.data(), rows.data(), 64, counts.data());
-    EXPECT_EQ(counts, (std::array<std::uint32_t, 4>{512, 512, 512, 512})) << kernel.name;
     std::array<std::uint32_t, 2> two{};
     kernel.twice(ones.get(), ones.get(), ones.get(), 64, ones.get(), two.data());
     EXPECT_EQ(two, (std::array<std::uint32_t, 2>{512, 512})) << kernel.name;
   }
 }
 
+// What sums[...] of a line must be, by its meaning.
+std::uint32_t pixels_left_of(const std::uint8_t* columns, std::size_t lane, std::size_t x) {
+  std::uint32_t count = 0;
+  for (std::size_t k = 0; k < x; ++k) count += columns[k / 8 * kRunLanes + lane] >> (k % 8) & 1U;
+  return count;
+}
+
+TEST(RunSums, EveryKernelSumsUpEveryLineFromTheLeft) {
+  std::mt19937 random(23);
+  for (const auto& kernel : and_count_kernels()) {
+    for (const std::size_t line_bytes : {1, 2, 5, 8, 81}) {
+      const std::size_t lines = 3;
+      std::vector<std::uint8_t> columns(lines * line_bytes * kRunLanes);
+      for (const auto how : {Fill::kRandom, Fill::kOnes, Fill::kSparse}) {
+        fill(columns.data(), columns.size(), how, random);
+        auto sums = make_bit_buffer(padded(lines * sums_per_line(line_bytes) * sizeof(std::uint16_t)));
+        auto* values = reinterpret_cast<std::uint16_t*>(sums.get());
+        kernel.sums(columns.data(), line_bytes, lines, values);
+        const auto width = 8 * line_bytes;
+        for (std::size_t line = 0; line < lines; ++line) {
+          const auto* of_line = columns.data() + line * line_bytes * kRunLanes;
+          for (std::size_t place = 0; place < width + 3; ++place) {
+            // The places before 1 and after 1 + width repeat their neighbours.
+            const auto x = std::min(std::max<std::size_t>(place, 1) - 1, width);
+            for (std::size_t lane = 0; lane < kRunLanes; ++lane) {
+              ASSERT_EQ(values[line * sums_per_line(line_bytes) + place * kRunLanes + lane],
+                        pixels_left_of(of_line, lane, x))
+                  << kernel.name << ", line " << line << ", place " << place << ", lane " << lane;
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(RunSums, TheWidestLineFits) {
+  const std::size_t line_bytes = 0xFFFF / 8;
+  const std::vector<std::uint8_t> columns(line_bytes * kRunLanes, 0xFF);
+  for (const auto& kernel : and_count_kernels()) {
+    auto sums = make_bit_buffer(padded(sums_per_line(line_bytes) * sizeof(std::uint16_t)));
+    const auto* values = reinterpret_cast<std::uint16_t*>(sums.get());
+    kernel.sums(columns.data(), line_bytes, 1, reinterpret_cast<std::uint16_t*>(sums.get()));
+    EXPECT_EQ(values[(8 * line_bytes + 1) * kRunLanes], 8 * line_bytes) << kernel.name;
+    const std::array<std::uint32_t, 2> whole = {kRunLanes, std::uint32_t((8 * line_bytes + 1) * kRunLanes)};
+    std::array<std::uint32_t, kRunLanes> counts{};
+    kernel.runs(values, whole.data(), 2, counts.data());
+    EXPECT_EQ(counts[kRunLanes - 1], 8 * line_bytes) << kernel.name;
+  }
+}
+
+TEST(RunCount, EveryKernelAddsTheDifferencesAtTheEndsOfRuns) {
+  std::mt19937 random(24);
+  // Sums that pass 65,535 together, whose differences do not.
+  const std::size_t length = 200;
+  auto buffer = make_bit_buffer(length * kRunLanes * sizeof(std::uint16_t));
+  auto* sums = reinterpret_cast<std::uint16_t*>(buffer.get());
+  for (std::size_t k = 0; k < length * kRunLanes; ++k) sums[k] = std::uint16_t(60000 + k / kRunLanes + random() % 2);
+  for (const auto& kernel : and_count_kernels()) {
+    for (const std::size_t runs : {0, 1, 2, 7, 90}) {
+      std::vector<std::uint32_t> places;
+      for (std::size_t k = 0; k < runs; ++k) {
+        const auto begin = random() % (length - 10);
+        places.push_back(std::uint32_t(begin * kRunLanes));
+        places.push_back(std::uint32_t((begin + 2 + random() % 8) * kRunLanes));
+      }
+      std::array<std::uint32_t, kRunLanes> counts{};
+      std::array<std::uint32_t, kRunLanes> expected{};
+      for (std::size_t lane = 0; lane < kRunLanes; ++lane) {
+        counts[lane] = expected[lane] = std::uint32_t(1000 * lane);
+        for (std::size_t k = 0; k < places.size(); k += 2) {
+          expected[lane] += std::uint32_t{sums[places[k + 1] + lane]} - sums[places[k] + lane];
+        }
+      }
+      kernel.runs(sums, places.data(), places.size(), counts.data());
+      EXPECT_EQ(counts, expected) << kernel.name << ", " << runs << " runs";
+    }
+  }
+}
+
 TEST(AndCount, TheKernelsAreDifferentCodeUnderDifferentNamesAndEndWithTheSpecification) {
   const auto kernels = and_count_kernels();
   std::set<std::string> names;
-  std::set<AndCountBlock> blocks;
+  std::set<AndCountTwice> loops;
   for (const auto& kernel : kernels) {
     names.insert(kernel.name);
-    blocks.insert(kernel.block);
+    loops.insert(kernel.twice);
   }
   EXPECT_EQ(names.size(), kernels.size());
-  EXPECT_EQ(blocks.size(), kernels.size());
+  EXPECT_EQ(loops.size(), kernels.size());
   EXPECT_EQ(kernels.back().name, "scalar");
 }
 
@@ -167,14 +222,14 @@ TEST(AndCount, TheNamesAreThoseOfWhatThisProcessorCanRun) {
 
 TEST(AndCount, WithoutANameTheBestIsChosen) {
   EXPECT_EQ(choose_and_count("").name, and_count_kernels().front().name);
-  EXPECT_EQ(choose_and_count().block, and_count_kernels().front().block);
+  EXPECT_EQ(choose_and_count().twice, and_count_kernels().front().twice);
 }
 
 TEST(AndCount, EveryKernelIsHadByItsName) {
   for (const auto& kernel : and_count_kernels()) {
     const auto chosen = choose_and_count(kernel.name);
     EXPECT_EQ(chosen.name, kernel.name);
-    EXPECT_EQ(chosen.block, kernel.block);
+    EXPECT_EQ(chosen.twice, kernel.twice);
   }
 }
 

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+// choreoscope_bench: how fast choreoscope is, beside its peers and the machine's limits. Users call script/bench.
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "report.hpp"
+
+namespace {
+
+using namespace choreo::bench;
+
+struct Entry {
+  const char* name;
+  const char* about;
+  Benchmark run;
+};
+
+constexpr std::array kBenchmarks = {
+    Entry{"kernels", "Z and Z* of masks: all pairs, and one live row against the history", &kernels},
+};
+
+void print(const Report& report) {
+  const auto row = [](const Line& line) {
+    fmt::print("  {:<34}{:>14}{:>14}{:>14}{:>12}{:>12}\n", line.what, line.peer, line.ours, line.limit, line.to_peer,
+               line.to_limit);
+  };
+  for (const auto& note : report.notes) fmt::print("  {}\n", note);
+  row({"", "peer", "ours", "limit", "ours/peer", "ours/limit"});
+  for (const auto& line : report.lines) row(line);
+  std::fflush(stdout);
+}
+
+int run(const std::vector<std::string>& only, const Settings& settings, const std::string& json_path) {
+  std::vector<std::string> names;
+  for (const auto& entry : kBenchmarks) names.emplace_back(entry.name);
+  for (const auto& name : only) {
+    if (std::find(names.begin(), names.end(), name) == names.end()) {
+      throw choreo::usage_error(fmt::format("there is no benchmark \"{}\"", name), "--only",
+                                "known: " + choreo::join(names));
+    }
+  }
+  nlohmann::ordered_json figures = nlohmann::ordered_json::object();
+  for (const auto& entry : kBenchmarks) {
+    if (!only.empty() && std::find(only.begin(), only.end(), entry.name) == only.end()) continue;
+    fmt::print("{}: {}\n", entry.name, entry.about);
+    Report report;
+    entry.run(settings, report);
+    print(report);
+    figures.update(report.figures);
+  }
+  if (!json_path.empty()) {
+    std::ofstream file(json_path);
+    file << figures.dump(2) << '\n';
+    file.close();
+    if (!file) throw choreo::failure(fmt::format("\"{}\" cannot be written", json_path), "--json");
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("How fast choreoscope is, beside its peers and the machine's limits", "script/bench");
+  Settings settings;
+  std::vector<std::string> only;
+  std::string json_path;
+  app.add_flag("--quick", settings.quick, "fewer repetitions: seconds instead of minutes");
+  app.add_option("--only", only, "benchmarks to run (default: all)")->type_name("NAME ...");
+  app.add_option("--json", json_path, "write the ratios to this file")->type_name("FILE");
+  try {
+    app.parse(argc, argv);
+    return run(only, settings, json_path);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  } catch (const choreo::Error& error) {
+    fmt::print(stderr, "script/bench: error: {}\n", error.what());
+    if (!error.hint().empty()) fmt::print(stderr, "hint: {}\n", error.hint());
+    return static_cast<int>(error.fault());
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "script/bench: error: {}\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// What every benchmark gets and gives.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+namespace choreo::bench {
+
+struct Settings {
+  bool quick = false;  ///< Fewer repetitions and pairs; the same figures, less steady.
+};
+
+/// One line of a table: what was measured and what it is compared with. Empty cells are not known.
+struct Line {
+  std::string what;
+  std::string peer;
+  std::string ours;
+  std::string limit;
+  std::string to_peer;
+  std::string to_limit;
+};
+
+/// What a benchmark found: tables for people, numbers by key for programs.
+struct Report {
+  std::vector<std::string> notes;  ///< What was compared with what, under which conditions.
+  std::vector<Line> lines;
+  nlohmann::ordered_json figures;
+};
+
+/// One file in bench/ defines one of these; bench/main.cpp lists them.
+using Benchmark = void (*)(const Settings& settings, Report& report);
+
+void kernels(const Settings& settings, Report& report);
+
+}  // namespace choreo::bench
