@@ -27,6 +27,9 @@ constexpr bool kCountsInHardware = true;
 constexpr bool kCountsInHardware = false;
 #endif
 
+// How far ahead of the counting memory is asked for: into the next row, where this one ends before.
+constexpr std::size_t kAhead = 1024;
+
 // The bits of a stream of vectors, eight at a time.
 class BitCounter {
  public:
@@ -87,7 +90,8 @@ void AndCountTwice(const std::uint8_t* row, const std::uint8_t* straight, const 
       for (std::size_t steps = bytes / step; steps > 0;) {
         const std::size_t few = steps < 31 ? steps : 31;
         for (const auto end = i + few * step; i < end; i += step) {
-          for (std::size_t line = 0; line < step; line += kBitAlignment) hwy::Prefetch(next + i + line);
+          const auto* ahead = i + kAhead < bytes ? row + i + kAhead : next + (i + kAhead - bytes);
+          for (std::size_t line = 0; line < step; line += kBitAlignment) hwy::Prefetch(ahead + line);
           const auto r0 = hn::Load(d8, row + i);
           const auto r1 = hn::Load(d8, row + i + lanes);
           const auto r2 = hn::Load(d8, row + i + 2 * lanes);
@@ -123,7 +127,7 @@ void AndCountTwice(const std::uint8_t* row, const std::uint8_t* straight, const 
     auto part0 = hn::Zero(d8);
     auto part1 = hn::Zero(d8);
     for (; i < end; i += lanes) {
-      if (i % kBitAlignment == 0) hwy::Prefetch(next + i);
+      if (i % kBitAlignment == 0) hwy::Prefetch(i + kAhead < bytes ? row + i + kAhead : next + (i + kAhead - bytes));
       const auto r = hn::Load(d8, row + i);
       part0 = hn::Add(part0, hn::PopulationCount(hn::And(r, hn::LoadU(d8, straight + i))));
       part1 = hn::Add(part1, hn::PopulationCount(hn::And(r, hn::LoadU(d8, mirrored + i))));
