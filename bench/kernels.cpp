@@ -214,8 +214,9 @@ void kernels(const Settings& settings, Report& report) {
   const auto kernel = similarity::choose_and_count();
   const auto limits = limits_of(kernel.name);
   report.notes.push_back(fmt::format("{} kernel, one core", kernel.name));
-  all_pairs(settings, kernel, limits, report);
+  // The history first, while the memory is fresh: large pages are soon hard to come by.
   live_row(settings, kernel, limits, report);
+  all_pairs(settings, kernel, limits, report);
 }
 
 }  // namespace choreo::bench
