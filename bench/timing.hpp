@@ -7,7 +7,8 @@
 
 namespace choreo::bench {
 
-/// The median time of each piece of work, in seconds.
+/// The median time of each piece of work, in seconds of the calling thread on a processor: what other programs take
+/// from a busy machine does not count, so pieces of work that run on one thread can be compared there too.
 ///
 /// The pieces take turns, so that what else the machine does meets all of them alike; each is run once beforehand.
 /// @param repetitions  turns, at least 1.

@@ -27,6 +27,9 @@ constexpr bool kCountsInHardware = true;
 constexpr bool kCountsInHardware = false;
 #endif
 
+// How far ahead of the counting memory is asked for: into the next row, where this one ends before.
+constexpr std::size_t kAhead = 1024;
+
 // The bits of a stream of vectors, eight at a time.
 class BitCounter {
  public:
@@ -82,35 +85,43 @@ void AndCountTwice(const std::uint8_t* row, const std::uint8_t* straight, const 
   if constexpr (!kCountsInHardware) {
     const std::size_t step = 8 * lanes;
     if (bytes >= step) {
+      // The two halves are read side by side: a processor follows two streams of memory faster than one.
+      const std::size_t half = bytes / step * (step / 2);
       BitCounter a;
       BitCounter b;
       for (std::size_t steps = bytes / step; steps > 0;) {
         const std::size_t few = steps < 31 ? steps : 31;
-        for (const auto end = i + few * step; i < end; i += step) {
-          for (std::size_t line = 0; line < step; line += kBitAlignment) hwy::Prefetch(next + i + line);
-          const auto r0 = hn::Load(d8, row + i);
-          const auto r1 = hn::Load(d8, row + i + lanes);
-          const auto r2 = hn::Load(d8, row + i + 2 * lanes);
-          const auto r3 = hn::Load(d8, row + i + 3 * lanes);
-          const auto r4 = hn::Load(d8, row + i + 4 * lanes);
-          const auto r5 = hn::Load(d8, row + i + 5 * lanes);
-          const auto r6 = hn::Load(d8, row + i + 6 * lanes);
-          const auto r7 = hn::Load(d8, row + i + 7 * lanes);
+        for (const auto end = i + few * (step / 2); i < end; i += step / 2) {
+          const auto* ahead = i + kAhead < half ? row + i + kAhead : next + (i + kAhead - half);
+          for (std::size_t line = 0; line < step / 2; line += kBitAlignment) {
+            hwy::Prefetch(ahead + line);
+            hwy::Prefetch(ahead + half + line);
+          }
+          const auto* r = row + i;
+          const auto r0 = hn::LoadU(d8, r);
+          const auto r1 = hn::LoadU(d8, r + lanes);
+          const auto r2 = hn::LoadU(d8, r + 2 * lanes);
+          const auto r3 = hn::LoadU(d8, r + 3 * lanes);
+          const auto r4 = hn::LoadU(d8, r + half);
+          const auto r5 = hn::LoadU(d8, r + half + lanes);
+          const auto r6 = hn::LoadU(d8, r + half + 2 * lanes);
+          const auto r7 = hn::LoadU(d8, r + half + 3 * lanes);
           const auto* s = straight + i;
           a.Add8(hn::And(r0, hn::LoadU(d8, s)), hn::And(r1, hn::LoadU(d8, s + lanes)),
                  hn::And(r2, hn::LoadU(d8, s + 2 * lanes)), hn::And(r3, hn::LoadU(d8, s + 3 * lanes)),
-                 hn::And(r4, hn::LoadU(d8, s + 4 * lanes)), hn::And(r5, hn::LoadU(d8, s + 5 * lanes)),
-                 hn::And(r6, hn::LoadU(d8, s + 6 * lanes)), hn::And(r7, hn::LoadU(d8, s + 7 * lanes)));
+                 hn::And(r4, hn::LoadU(d8, s + half)), hn::And(r5, hn::LoadU(d8, s + half + lanes)),
+                 hn::And(r6, hn::LoadU(d8, s + half + 2 * lanes)), hn::And(r7, hn::LoadU(d8, s + half + 3 * lanes)));
           const auto* m = mirrored + i;
           b.Add8(hn::And(r0, hn::LoadU(d8, m)), hn::And(r1, hn::LoadU(d8, m + lanes)),
                  hn::And(r2, hn::LoadU(d8, m + 2 * lanes)), hn::And(r3, hn::LoadU(d8, m + 3 * lanes)),
-                 hn::And(r4, hn::LoadU(d8, m + 4 * lanes)), hn::And(r5, hn::LoadU(d8, m + 5 * lanes)),
-                 hn::And(r6, hn::LoadU(d8, m + 6 * lanes)), hn::And(r7, hn::LoadU(d8, m + 7 * lanes)));
+                 hn::And(r4, hn::LoadU(d8, m + half)), hn::And(r5, hn::LoadU(d8, m + half + lanes)),
+                 hn::And(r6, hn::LoadU(d8, m + half + 2 * lanes)), hn::And(r7, hn::LoadU(d8, m + half + 3 * lanes)));
         }
         a.Flush();
         b.Flush();
         steps -= few;
       }
+      i = 2 * half;
       first = a.Total();
       second = b.Total();
     }
@@ -123,7 +134,7 @@ void AndCountTwice(const std::uint8_t* row, const std::uint8_t* straight, const 
     auto part0 = hn::Zero(d8);
     auto part1 = hn::Zero(d8);
     for (; i < end; i += lanes) {
-      if (i % kBitAlignment == 0) hwy::Prefetch(next + i);
+      if (i % kBitAlignment == 0) hwy::Prefetch(i + kAhead < bytes ? row + i + kAhead : next + (i + kAhead - bytes));
       const auto r = hn::Load(d8, row + i);
       part0 = hn::Add(part0, hn::PopulationCount(hn::And(r, hn::LoadU(d8, straight + i))));
       part1 = hn::Add(part1, hn::PopulationCount(hn::And(r, hn::LoadU(d8, mirrored + i))));
