@@ -26,16 +26,22 @@ struct Entry {
 
 constexpr std::array kBenchmarks = {
     Entry{"kernels", "Z and Z* of masks: all pairs, and one live row against the history", &kernels},
+    Entry{"chain", "the whole way of a live frame, on one thread and on two", &chain},
 };
 
 void print(const Report& report) {
-  const auto row = [](const Line& line) {
-    fmt::print("  {:<34}{:>14}{:>14}{:>14}{:>12}{:>12}\n", line.what, line.peer, line.ours, line.limit, line.to_peer,
-               line.to_limit);
-  };
+  std::vector<std::array<std::string, 6>> rows{{"", "peer", "ours", "limit", "ours/peer", "ours/limit"}};
+  for (const auto& l : report.lines) rows.push_back({l.what, l.peer, l.ours, l.limit, l.to_peer, l.to_limit});
+  std::array<std::size_t, 6> widths{};
+  for (const auto& row : rows) {
+    for (std::size_t k = 0; k < row.size(); ++k) widths[k] = std::max(widths[k], row[k].size());
+  }
   for (const auto& note : report.notes) fmt::print("  {}\n", note);
-  row({"", "peer", "ours", "limit", "ours/peer", "ours/limit"});
-  for (const auto& line : report.lines) row(line);
+  for (const auto& row : rows) {
+    fmt::print("  {:<{}}", row[0], widths[0]);
+    for (std::size_t k = 1; k < row.size(); ++k) fmt::print("  {:>{}}", row[k], widths[k]);
+    fmt::print("\n");
+  }
   std::fflush(stdout);
 }
 

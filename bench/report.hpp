@@ -34,5 +34,6 @@ struct Report {
 using Benchmark = void (*)(const Settings& settings, Report& report);
 
 void kernels(const Settings& settings, Report& report);
+void chain(const Settings& settings, Report& report);
 
 }  // namespace choreo::bench

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/stages/history_stage.hpp"
 
+#include <algorithm>
+
 namespace choreo::pipeline {
 
 void HistoryStage::process(Observation& observation) {
@@ -11,15 +13,14 @@ void HistoryStage::process(Observation& observation) {
   times_.erase(times_.begin(), times_.begin() + static_cast<std::ptrdiff_t>(old));
   times_.push_back(observation.time);
 
-  observation.z_row.resize(times_.size());
-  observation.zstar_row.resize(times_.size());
+  // Full: a row goes for this one, by time or by number.
+  full_ = full_ || old > 0 || history_.size() == history_.capacity();
+  const auto rows = std::min(history_.size() + 1, history_.capacity());
+  observation.z_row.resize(rows);
+  observation.zstar_row.resize(rows);
   const auto start = clock_.now();
   history_.append(observation.state.get(), observation.z_row, observation.zstar_row);
-  if (cost_ != nullptr && observation.state) {
-    // Full: a row went for this one, by time or by number.
-    full_ = full_ || old > 0;
-    cost_->add(clock_.now() - start, full_);
-  }
+  if (cost_ != nullptr && observation.state) cost_->add(clock_.now() - start, full_);
 }
 
 }  // namespace choreo::pipeline

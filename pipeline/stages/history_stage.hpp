@@ -31,6 +31,7 @@ class RowCost {
 class HistoryStage final : public Stage {
  public:
   /// @param length  > 0: a frame is compared with those that came less than this before it.
+  /// @param history  may begin with states of its own, whose times nobody knows: they go by number alone.
   /// @param cost  may be null.
   HistoryStage(similarity::MaskHistory& history, Nanoseconds length, const Clock& clock, RowCost* cost)
       : history_(history), length_(length), clock_(clock), cost_(cost) {}
