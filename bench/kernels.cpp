@@ -182,8 +182,8 @@ void live_row(const Settings& settings, const similarity::AndCountKernel& kernel
   const auto length = history_for(settings);
   const auto whole = states_of(masks, true);
   const auto cropped = states_of(masks, false);
-  similarity::Maslength whole_history(kPicture, length, kernel);
-  similarity::Maslength cropped_history(kPicture, length, kernel);
+  similarity::MaskHistory whole_history(kPicture, length, kernel);
+  similarity::MaskHistory cropped_history(kPicture, length, kernel);
   for (std::size_t k = 0; k < length; ++k) {
     whole_history.remember(whole[k % whole.size()].get());
     cropped_history.remember(cropped[k % cropped.size()].get());
@@ -201,7 +201,7 @@ void live_row(const Settings& settings, const similarity::AndCountKernel& kernel
                               [&] { result_sink = limits.read(stream.get(), stream_bytes); },
                           });
   const double read_rate = double(stream_bytes) / medians[2];
-  const auto line = [&](const std::string& what, const similarity::Maslength& history, double seconds) {
+  const auto line = [&](const std::string& what, const similarity::MaskHistory& history, double seconds) {
     const double row_rate = double(history.bytes_read()) / seconds;
     report.lines.push_back({what, "", rate(row_rate), rate(read_rate), "", percent(row_rate / read_rate)});
     report.lines.push_back({fmt::format("  a pair, {:.1f} KB", double(history.bytes_read()) / length / 1e3), "",
