@@ -30,7 +30,9 @@ void draw_limb(cv::Mat& mask, cv::Point2d a, cv::Point2d b, double radius) {
 }  // namespace
 
 cv::Mat random_body(std::mt19937& random, cv::Size picture) {
-  const auto between = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+  const auto between = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
   // Angles from straight down, in radians, positive to the right.
   const auto along = [](double angle, double length) {
     return cv::Point2d(std::sin(angle) * length, std::cos(angle) * length);

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <tbb/global_control.h>
 #include <opencv2/core.hpp>
 #include <opencv2/core/utility.hpp>
-#include <tbb/global_control.h>
 
 #include "bodies.hpp"
 #include "limits.hpp"
@@ -25,17 +25,22 @@ namespace {
 using States = std::vector<std::unique_ptr<const body::MaskState>>;
 
 const cv::Size kPicture(640, 480);
-constexpr std::size_t kStates = 512;
-constexpr std::size_t kHistory = 4000;           // Rows of 40 KB: 160 MB, far larger than any cache.
 constexpr std::size_t kCachedBytes = 16 * 1024;  // Half a first cache.
+
+std::size_t states_for(const Settings& settings) { return settings.smoke ? 40 : 512; }
+// Rows of 40 KB: 160 MB, far larger than any cache.
+std::size_t history_for(const Settings& settings) { return settings.smoke ? 40 : 4000; }
+int turns_for(const Settings& settings, int quick, int full) {
+  return settings.smoke ? 1 : settings.quick ? quick : full;
+}
 
 // Where every loop's result goes, so that no compiler leaves the loop out.
 volatile std::uint64_t result_sink = 0;
 
-std::vector<cv::Mat> random_bodies() {
-  std::mt19937 random(1);
+std::vector<cv::Mat> random_bodies(unsigned seed, std::size_t count) {
+  std::mt19937 random(seed);
   std::vector<cv::Mat> masks;
-  for (std::size_t k = 0; k < kStates; ++k) masks.push_back(random_body(random, kPicture));
+  for (std::size_t k = 0; k < count; ++k) masks.push_back(random_body(random, kPicture));
   return masks;
 }
 
@@ -122,7 +127,7 @@ std::string percent(double ratio) { return fmt::format("{:.0f} %", 100 * ratio);
 
 void all_pairs(const Settings& settings, const similarity::AndCountKernel& kernel, const Limits& limits,
                Report& report) {
-  const auto masks = random_bodies();
+  const auto masks = random_bodies(1, states_for(settings));
   Peer peer(masks);
   using Method = similarity::MaskComparer::Method;
   AllPairs whole(states_of(masks, true), kernel, Method::kFaster);
@@ -133,17 +138,19 @@ void all_pairs(const Settings& settings, const similarity::AndCountKernel& kerne
   const std::size_t step = settings.quick ? 32 : 16;
   const std::size_t limit_rounds = 500;
   std::size_t peer_pairs = 0;
-  const auto medians = interleaved_medians(settings.quick ? 9 : 41, {
-      [&] { peer_pairs = peer.run(step); },
-      [&] { whole.run(); },
-      [&] { cropped.run(); },
-      [&] { bits.run(); },
-      [&] {
-        std::uint64_t sum = 0;
-        for (std::size_t k = 0; k < limit_rounds; ++k) sum += limits.and_count(cached.get(), kCachedBytes);
-        result_sink = sum;
-      },
-  });
+  const auto medians =
+      interleaved_medians(turns_for(settings, 9, 41), {
+                                                          [&] { peer_pairs = peer.run(step); },
+                                                          [&] { whole.run(); },
+                                                          [&] { cropped.run(); },
+                                                          [&] { bits.run(); },
+                                                          [&] {
+                                                            std::uint64_t sum = 0;
+                                                            for (std::size_t k = 0; k < limit_rounds; ++k)
+                                                              sum += limits.and_count(cached.get(), kCachedBytes);
+                                                            result_sink = sum;
+                                                          },
+                                                      });
   // The bytes of AND results that a pair takes: two bit strings of a picture.
   const double pair_bytes = 2.0 * kPicture.area() / 8;
   const double peer_pair = medians[0] / double(peer_pairs);
@@ -154,7 +161,7 @@ void all_pairs(const Settings& settings, const similarity::AndCountKernel& kerne
   report.notes.push_back(fmt::format(
       "{} random bodies at {} x {}, Z and Z* of a pair. Peer: cv::bitwise_and and cv::countNonZero on 8-bit masks, one "
       "thread.",
-      kStates, kPicture.width, kPicture.height));
+      masks.size(), kPicture.width, kPicture.height));
   report.lines.push_back({"all pairs, whole frame", microseconds(peer_pair), microseconds(whole_pair),
                           microseconds(limit_pair), times(peer_pair / whole_pair), percent(limit_pair / whole_pair)});
   report.lines.push_back({fmt::format("all pairs, cropped to {} x {}", cropped.canvas().width, cropped.canvas().height),
@@ -171,37 +178,38 @@ void all_pairs(const Settings& settings, const similarity::AndCountKernel& kerne
 
 void live_row(const Settings& settings, const similarity::AndCountKernel& kernel, const Limits& limits,
               Report& report) {
-  std::mt19937 random(3);
-  std::vector<cv::Mat> masks;
-  for (int k = 0; k < 64; ++k) masks.push_back(random_body(random, kPicture));
+  const auto masks = random_bodies(3, 64);
+  const auto length = history_for(settings);
   const auto whole = states_of(masks, true);
   const auto cropped = states_of(masks, false);
-  similarity::MaskHistory whole_history(kPicture, kHistory, kernel);
-  similarity::MaskHistory cropped_history(kPicture, kHistory, kernel);
-  for (std::size_t k = 0; k < kHistory; ++k) {
+  similarity::MaskHistory whole_history(kPicture, length, kernel);
+  similarity::MaskHistory cropped_history(kPicture, length, kernel);
+  for (std::size_t k = 0; k < length; ++k) {
     whole_history.remember(whole[k % whole.size()].get());
     cropped_history.remember(cropped[k % cropped.size()].get());
   }
-  const std::size_t stream_bytes = kHistory * std::size_t(kPicture.area()) / 8 / 1024 * 1024;
+  const std::size_t stream_bytes = length * std::size_t(kPicture.area()) / 8 / 1024 * 1024;
   const auto stream = random_bytes(stream_bytes);
-  std::vector<float> z(kHistory);
-  std::vector<float> zstar(kHistory);
+  std::vector<float> z(length);
+  std::vector<float> zstar(length);
   std::size_t next = 0;
-  const auto medians = interleaved_medians(settings.quick ? 15 : 61, {
-      [&] { whole_history.append(whole[next++ % whole.size()].get(), z, zstar); },
-      [&] { cropped_history.append(cropped[next++ % cropped.size()].get(), z, zstar); },
-      [&] { result_sink = limits.read(stream.get(), stream_bytes); },
-  });
+  const auto medians =
+      interleaved_medians(turns_for(settings, 15, 61),
+                          {
+                              [&] { whole_history.append(whole[next++ % whole.size()].get(), z, zstar); },
+                              [&] { cropped_history.append(cropped[next++ % cropped.size()].get(), z, zstar); },
+                              [&] { result_sink = limits.read(stream.get(), stream_bytes); },
+                          });
   const double read_rate = double(stream_bytes) / medians[2];
   const auto line = [&](const std::string& what, const similarity::MaskHistory& history, double seconds) {
     const double row_rate = double(history.bytes_read()) / seconds;
     report.lines.push_back({what, "", rate(row_rate), rate(read_rate), "", percent(row_rate / read_rate)});
-    report.lines.push_back({fmt::format("  a pair, {:.1f} KB", double(history.bytes_read()) / kHistory / 1e3), "",
-                            microseconds(seconds / kHistory), "", "", ""});
+    report.lines.push_back({fmt::format("  a pair, {:.1f} KB", double(history.bytes_read()) / length / 1e3), "",
+                            microseconds(seconds / length), "", "", ""});
     return row_rate / read_rate;
   };
-  report.notes.push_back(fmt::format("A live row: Z and Z* against {} rows in memory. Limit: reading, one core.",
-                                     kHistory));
+  report.notes.push_back(
+      fmt::format("A live row: Z and Z* against {} rows in memory. Limit: reading, one core.", length));
   report.figures["live_row_vs_stream_read"] = line("live row, whole frame", whole_history, medians[0]);
   report.figures["live_row_cropped_vs_stream_read"] = line("live row, cropped", cropped_history, medians[1]);
 }

@@ -31,8 +31,8 @@ std::uint64_t AndCount(const std::uint8_t* stream, std::size_t bytes) {
       part2 = hn::Add(part2, hn::PopulationCount(hn::And(held, hn::Load(d8, stream + i + 2 * lanes))));
       part3 = hn::Add(part3, hn::PopulationCount(hn::And(held, hn::Load(d8, stream + i + 3 * lanes))));
     }
-    sum = hn::Add(sum, hn::Add(hn::Add(hn::SumsOf8(part0), hn::SumsOf8(part1)),
-                               hn::Add(hn::SumsOf8(part2), hn::SumsOf8(part3))));
+    sum = hn::Add(
+        sum, hn::Add(hn::Add(hn::SumsOf8(part0), hn::SumsOf8(part1)), hn::Add(hn::SumsOf8(part2), hn::SumsOf8(part3))));
   }
   return hn::GetLane(hn::SumOfLanes(d64, sum));
 }

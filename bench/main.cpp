@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "core/error.hpp"
 #include "core/text.hpp"
@@ -80,6 +80,7 @@ int main(int argc, char** argv) {
   std::vector<std::string> only;
   std::string json_path;
   app.add_flag("--quick", settings.quick, "fewer repetitions: seconds instead of minutes");
+  app.add_flag("--smoke", settings.smoke, "everything once, on very little: whether it runs, not how fast");
   app.add_option("--only", only, "benchmarks to run (default: all)")->type_name("NAME ...");
   app.add_option("--json", json_path, "write the ratios to this file")->type_name("FILE");
   try {

@@ -11,6 +11,7 @@ namespace choreo::bench {
 
 struct Settings {
   bool quick = false;  ///< Fewer repetitions and pairs; the same figures, less steady.
+  bool smoke = false;  ///< Everything once, on very little: figures that mean nothing, for a test.
 };
 
 /// One line of a table: what was measured and what it is compared with. Empty cells are not known.

@@ -33,8 +33,7 @@ constexpr std::size_t kAhead = 1024;
 // The bits of a stream of vectors, eight at a time.
 class BitCounter {
  public:
-  HWY_INLINE BitCounter()
-      : ones_(hn::Zero(D8())), twos_(ones_), fours_(ones_), part_(ones_), sum_(hn::Zero(D64())) {}
+  HWY_INLINE BitCounter() : ones_(hn::Zero(D8())), twos_(ones_), fours_(ones_), part_(ones_), sum_(hn::Zero(D64())) {}
 
   HWY_INLINE void Add8(V8 v0, V8 v1, V8 v2, V8 v3, V8 v4, V8 v5, V8 v6, V8 v7) {
     V8 twos_a, twos_b, fours_a, fours_b, eights;

@@ -11,9 +11,9 @@
 namespace choreo::similarity {
 namespace {
 
-// So many bytes of a block's strings are worked through at a time: those of the block (16 columns, 16 rows, of every
+// So many bytes of a block's strings are worked through at a time: those of the block (32 columns, 32 rows, of every
 // row two) stay in the second cache, those of four rows in the first.
-constexpr std::size_t kBlock = 16;
+constexpr std::size_t kBlock = 32;
 constexpr std::size_t kRowsAtATime = 4;
 constexpr std::size_t kChunk = 2048;
 

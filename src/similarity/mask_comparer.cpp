@@ -21,8 +21,8 @@ bool runs_are_faster(const MaskTable& table) {
 
 MaskComparer::MaskComparer(MaskStates states, AndCountKernel kernel, Method method)
     : table_(std::make_shared<const MaskTable>(states)) {
-  const bool runs = method != Method::kBits && MaskRuns::possible(*table_) &&
-                    (method == Method::kRuns || runs_are_faster(*table_));
+  const bool runs =
+      method != Method::kBits && MaskRuns::possible(*table_) && (method == Method::kRuns || runs_are_faster(*table_));
   if (runs) {
     auto comparer = std::make_unique<MaskRuns>(states, table_, std::move(kernel));
     method_ = Method::kRuns;

@@ -10,17 +10,15 @@
 namespace choreo::similarity {
 namespace {
 
-constexpr std::size_t kBlock = 2 * kRunLanes;         // States among which the columns are sorted.
-constexpr std::size_t kSumsBytes = 256 * 1024;        // About half of a second cache.
-constexpr std::size_t kMostLineBytes = 0xFFFF / 8;    // A line's count must fit 16 bits.
-constexpr std::size_t kWays = 4;                      // Straight, and mirrored with sigma = -1, 0, 1.
+constexpr std::size_t kBlock = 2 * kRunLanes;       // States among which the columns are sorted.
+constexpr std::size_t kSumsBytes = 256 * 1024;      // About half of a second cache.
+constexpr std::size_t kMostLineBytes = 0xFFFF / 8;  // A line's count must fit 16 bits.
+constexpr std::size_t kWays = 4;                    // Straight, and mirrored with sigma = -1, 0, 1.
 using Counts = std::array<std::array<std::uint32_t, kRunLanes>, kWays>;
 
 }  // namespace
 
-bool MaskRuns::possible(const MaskTable& table) {
-  return (std::size_t(table.canvas.width) + 7) / 8 <= kMostLineBytes;
-}
+bool MaskRuns::possible(const MaskTable& table) { return (std::size_t(table.canvas.width) + 7) / 8 <= kMostLineBytes; }
 
 MaskRuns::MaskRuns(MaskStates states, std::shared_ptr<const MaskTable> table, AndCountKernel kernel)
     : table_(std::move(table)), kernel_(std::move(kernel)), columns_(make_bit_buffer(0)) {
@@ -59,11 +57,10 @@ MaskRuns::MaskRuns(MaskStates states, std::shared_ptr<const MaskTable> table, An
     const auto& state = *states[lanes_[k]];
     const auto box = state.box();
     for (int y = box.y; y < box.y + box.height; ++y) {
-      auto* line = columns_.get() + k / kRunLanes * group_bytes +
-                   std::size_t(y - canvas.y) * line_bytes_ * kRunLanes + k % kRunLanes;
+      auto* line = columns_.get() + k / kRunLanes * group_bytes + std::size_t(y - canvas.y) * line_bytes_ * kRunLanes +
+                   k % kRunLanes;
       for (std::size_t byte = 0; byte < line_bytes_; ++byte) {
-        line[byte * kRunLanes] =
-            static_cast<std::uint8_t>(pixels_from(state, state.row(y), canvas.x + int(byte) * 8));
+        line[byte * kRunLanes] = static_cast<std::uint8_t>(pixels_from(state, state.row(y), canvas.x + int(byte) * 8));
       }
     }
   }

@@ -98,8 +98,17 @@ cv::Mat points(cv::Size picture, const std::vector<cv::Rect>& parts) {
 TEST(MaskHistory, RowsEqualTheSpecificationForEveryKernelAndOddPictureSizes) {
   for (const auto& kernel : and_count_kernels()) {
     unsigned seed = 0;
-    for (const auto picture : {cv::Size(1, 1), {2, 3}, {31, 7}, {32, 5}, {33, 40}, {63, 9}, {64, 64}, {65, 20},
-                               {100, 1}, {1, 100}, {160, 120}}) {
+    for (const auto picture : {cv::Size(1, 1),
+                               {2, 3},
+                               {31, 7},
+                               {32, 5},
+                               {33, 40},
+                               {63, 9},
+                               {64, 64},
+                               {65, 20},
+                               {100, 1},
+                               {1, 100},
+                               {160, 120}}) {
       expect_rows_as_specified(picture, bodies_in(picture, 24, ++seed), 30, kernel);
       ASSERT_FALSE(HasFatalFailure()) << picture.width << " x " << picture.height;
     }
