@@ -56,7 +56,7 @@ void draw_time_axis(Canvas& canvas, const LiveLayout& layout, double span_s) {
     const double x = t.x + t.width * (1.0 - tick.at_s / span_s);
     const Point mark[] = {{x, axis}, {x, axis + 0.4 * em}};
     canvas.stroke(mark, false, 1.0, kQuiet);
-    canvas.text({x, axis + 1.5 * em}, tick.at_s == 0 ? "now" : "−" + tick.label,
+    canvas.text({x, axis + 1.5 * em}, tick.at_s == 0 ? "now" : "\u2212" + tick.label,
                 {.size = em, .color = kText, .anchor = Anchor::kMiddle});
   }
   canvas.text({t.x + t.width / 2, axis + 2.8 * em}, fmt::format("time ({})", ticks.unit),
