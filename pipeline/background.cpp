@@ -122,6 +122,8 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
   } else {
     learned.estimate = whole ? vision::estimate_background(pictures, quiet.finish())
                              : vision::judge_plate(vision::median_plate(pictures), pictures);
+    learned.estimate = vision::with_inferred_wall(std::move(learned.estimate), pictures);
+    learned.estimate.provisional = !whole;
     learned.pictures = pictures.size();
   }
   if (stop.stop_requested()) return std::nullopt;
