@@ -117,8 +117,9 @@ std::vector<std::string> warnings_of(const Summary& s, const config::Options& se
   } else {
     if (s.background.uncertain()) {
       warnings.push_back(fmt::format(
-          "the background is uncertain: {:.0f} % of the body stands before wall that was never seen; give a plate with "
-          "--background, or leave the room empty for a second; if something else moves, see mask.roi and mask.ignore", 100.0 * s.background.unseen));
+          "the background is uncertain: {:.0f} % of the body stands before wall that was never seen, {:.0f} % of its pixels "
+          "were decided by inference; give a plate with --background, or leave the room empty for a second; if something "
+          "else moves, see mask.roi and mask.ignore", 100.0 * s.background.unseen, 100.0 * s.inferred));
     }
     if (record.cut_bodies() > 0) {
       warnings.push_back(fmt::format("the body is cut by the picture's border in {} of {} frames", record.cut_bodies(),
@@ -193,7 +194,8 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   auto start = clock.now();
   auto learned = pipeline::learn_background(
       std::move(source), spec, plate, settings.working_rows, open,
-      [&](double share) { console.progress("learning the background", share); }, stop);
+      [&](double share) { console.progress("learning the background", share); }, stop,
+      settings.mask.infer_unseen);
   console.finish_progress();
   if (!learned) throw Interrupted{};
   // Said at once, whatever is being done: people press again where nothing answers.
@@ -207,7 +209,7 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   // 2. The frames.
   std::optional<outputs::NpyPictures> masks;
   if (save_masks) masks.emplace(files.add("masks.npy"), summary.working_size);
-  vision::BodyMasker masker(learned->estimate.plate, learned->estimate.noise, settings.mask);
+  vision::BodyMasker masker(learned->estimate, settings.mask);
   summary.threshold = masker.threshold();
   // Files lie about their length and spans reach beyond it: the bar is for people, and need not be exact.
   const auto end = std::min(summary.source.duration.value_or(Nanoseconds::max()), selection.to);
@@ -272,6 +274,7 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   summary.frames = n;
   summary.frames_without_body = n - record.bodies();
   summary.frames_with_body_cut = record.cut_bodies();
+  summary.inferred = record.body_pixels() > 0 ? record.inferred_pixels() / record.body_pixels() : 0;
   summary.first_time_s = times.front();
   summary.last_time_s = times.back();
   summary.sudden_changes_s = record.sudden_changes_s();

@@ -17,6 +17,8 @@ void RecordStage::process(pipeline::Observation& observation) {
     row.quantity_of_motion = observation.quantity_of_motion;
     row.contraction = observation.contraction;
     ++bodies_;
+    body_pixels_ += observation.mask.area;
+    inferred_pixels_ += observation.mask.inferred;
     if (observation.mask.cut) ++cut_bodies_;
     thumbnails_.add(observation.picture, observation.mask.mask, state, time_s);
   }

@@ -30,6 +30,8 @@ class RecordStage final : public pipeline::Stage {
   [[nodiscard]] const ThumbnailKeeper& thumbnails() const { return thumbnails_; }
   [[nodiscard]] std::size_t bodies() const { return bodies_; }          ///< Frames with a body.
   [[nodiscard]] std::size_t cut_bodies() const { return cut_bodies_; }  ///< Of these, cut by the picture's border.
+  [[nodiscard]] double body_pixels() const { return body_pixels_; }          ///< Over all frames.
+  [[nodiscard]] double inferred_pixels() const { return inferred_pixels_; }  ///< Of these, decided by an inferred wall.
   [[nodiscard]] const std::vector<double>& sudden_changes_s() const { return sudden_changes_s_; }
 
  private:
@@ -40,6 +42,8 @@ class RecordStage final : public pipeline::Stage {
   std::vector<outputs::FrameRow> rows_;
   std::size_t bodies_ = 0;
   std::size_t cut_bodies_ = 0;
+  double body_pixels_ = 0;
+  double inferred_pixels_ = 0;
   std::vector<double> sudden_changes_s_;
 };
 

@@ -216,10 +216,13 @@ BackgroundEstimate with_inferred_wall(BackgroundEstimate estimate, std::span<con
     alike.push_back(ToneCurve(pictures[k], estimate.plate).apply(pictures[k]));
   }
   const auto wall = infer_wall(alike, estimate.noise);
-  if (!estimate.uncertain() && share(wall.unseen) < kBodyShare) return estimate;
+  if (estimate.unseen <= 0.02 && !estimate.pieced && share(wall.unseen) < kBodyShare) return estimate;
   // What was right stays to the last bit.
   const cv::Mat other = foreground(wall.plate, estimate.plate, threshold_of(estimate.noise)) | wall.unseen;
   wall.plate.copyTo(estimate.plate, other);
+  estimate.pieced = true;
+  estimate.reach = wall.reach;
+  estimate.inferred = estimate.inferred.empty() ? other : cv::Mat(other | estimate.inferred);
   if (cv::countNonZero(wall.unseen) > 0) {
     estimate.never_seen = wall.unseen;
     estimate.ghost = wall.ghost;

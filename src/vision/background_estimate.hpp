@@ -18,6 +18,12 @@ struct BackgroundEstimate {
   double unseen = 0;
   /// Share of the pictures that show no body, 0 to 1.
   double empty = 0;
+  /// Whether the plate was pieced together from what is likely (`infer_wall`) instead of seen.
+  bool pieced = false;
+  /// CV_8UC1, 255 where the plate is an inference; empty where not `pieced`.
+  cv::Mat inferred;
+  /// CV_8UC1, 255 where the body was in any picture, and near it; empty where not `pieced`.
+  cv::Mat reach;
   /// CV_8UC1, 255 where the body stood in every picture, so that the plate is a guess (`infer_wall`); empty: nowhere.
   cv::Mat never_seen;
   /// CV_8UC3, what the body looked like there; empty where `never_seen` is.
@@ -26,7 +32,7 @@ struct BackgroundEstimate {
   bool provisional = false;
 
   /// Whether masks made against it may have holes or ghosts.
-  [[nodiscard]] bool uncertain() const { return unseen > 0.02; }
+  [[nodiscard]] bool uncertain() const { return unseen > 0.02 || pieced; }
 };
 
 /// Per pixel and channel the median over the pictures: right where more than half of them show the wall.

@@ -50,6 +50,9 @@ cv::Rect pixels_of(const Zone& zone, cv::Size size) {
   return {x0, y0, x1 - x0, y1 - y0};
 }
 
+// Of the picture: a smaller hole in a body before a pieced wall is a mistake, a larger one may be seen through.
+constexpr double kHoleShare = 0.001;
+
 }  // namespace
 
 void MaskOptions::validate() const {
@@ -76,6 +79,9 @@ BodyMasker::BodyMasker(const BackgroundEstimate& estimate, MaskOptions options)
   assert(plate.type() == CV_8UC3);
   options_.validate();
   if (options_.infer_unseen) {
+    pieced_ = estimate.pieced;
+    reach_ = estimate.reach;
+    inferred_ = estimate.inferred;
     never_seen_ = estimate.never_seen;
     ghost_ = estimate.ghost;
     if (estimate.provisional) learner_.emplace();
@@ -130,15 +136,17 @@ MaskResult BodyMasker::process(const cv::Mat& picture, double time_s) {
   cv::Mat mask = difference > threshold_;
   if (options_.drop_soft_light) mask = without_soft_light(mask, picture, lit);
   if (options_.half_contrast_edge) mask = edge_at_half_contrast(without_halo(mask, difference), difference);
-  cv::Mat inferred;
   if (!never_seen_.empty()) {
-    inferred = before_unseen(picture, lit, curve);
     mask.setTo(0, never_seen_);
-    mask |= inferred;
+    mask |= before_unseen(picture, lit, curve);
   }
   mask = annealed(mask, options_.steps);
   if (!allowed_.empty()) mask &= allowed_;
   const int speck = static_cast<int>(std::ceil(options_.speck_percent / 100.0 * double(mask.total())));
+  if (pieced_) {
+    mask = without_parts_of_light(mask, picture, lit, reach_);
+    mask = without_small_holes(mask, static_cast<int>(kHoleShare * double(mask.total())));
+  }
   mask = without_specks(mask, speck, options_.largest_only);
 
   // The body's shadow and blur reach beyond its mask.
@@ -152,7 +160,7 @@ MaskResult BodyMasker::process(const cv::Mat& picture, double time_s) {
   if (area == 0 || area < options_.min_body_percent / 100.0 * double(mask.total())) return result;
   result.mask = mask;
   result.area = area;
-  if (!inferred.empty()) result.inferred = cv::countNonZero(mask & inferred);
+  if (pieced_) result.inferred = cv::countNonZero(mask & inferred_);
   result.body = true;
   const auto box = cv::boundingRect(mask);
   result.cut = box.x == 0 || box.y == 0 || box.br().x == mask.cols || box.br().y == mask.rows;
@@ -197,9 +205,13 @@ void BodyMasker::learn_wall(const cv::Mat& picture, double time_s) {
   so_far.plate = background_.clone();
   so_far.noise = noise_;
   so_far.unseen = 1;
+  so_far.inferred = inferred_;
   const auto now = learner_->ask(std::move(so_far));
   background_ = now.plate;
   background_.convertTo(running_, CV_32F);
+  pieced_ = now.pieced;
+  reach_ = now.reach;
+  inferred_ = now.inferred;
   never_seen_ = now.never_seen;
   ghost_ = now.ghost;
 }

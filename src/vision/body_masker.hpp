@@ -35,7 +35,7 @@ struct MaskOptions {
   Zone roi;                         ///< What lies outside is no body.
   std::vector<Zone> ignore;         ///< What lies inside any of these is no body.
 
-  bool infer_unseen = true;     ///< Before wall that was never seen, decide by what is likely.
+  bool infer_unseen = true;     ///< Use what was inferred of a wall that was never seen, and infer more of it live.
   bool follow_exposure = true;  ///< Bring the background to each picture's exposure, white balance and tone.
   double follow_s = 20.0;       ///< Time constant of the running background outside the body, s, [0, 3600]; 0: off.
   double sudden_percent = 60.0; ///< A change of more than this share of the picture is not a body, [1, 100]; 100: off.
@@ -48,7 +48,7 @@ struct MaskOptions {
 struct MaskResult {
   cv::Mat mask;          ///< CV_8UC1, 0 or 255; all 0 where there is no body.
   int area = 0;          ///< Pixels in `mask`.
-  int inferred = 0;      ///< Of them, those before wall that was never seen.
+  int inferred = 0;      ///< Of them, those that an inferred wall decided.
   bool body = false;     ///< Whether there is a body.
   bool cut = false;      ///< The body touches the picture's border.
   bool sudden = false;   ///< The whole picture changed at this frame; the background is learned anew.
@@ -86,6 +86,9 @@ class BodyMasker {
   cv::Mat background_;  // CV_8UC3, the same rounded.
   cv::Mat last_lit_;    // CV_8UC3, in the light of the last picture.
   cv::Mat last_mask_;   // CV_8UC1, the last body and what is near it; not to be learned from.
+  bool pieced_ = false; // The background is inferred, and may be wrong in small places.
+  cv::Mat inferred_;    // CV_8UC1, where it is.
+  cv::Mat reach_;       // CV_8UC1, where the body was while the wall was learned.
   cv::Mat never_seen_;  // CV_8UC1, where the background is a guess; empty: nowhere.
   cv::Mat ghost_;       // CV_8UC3, what the body looked like there.
   std::optional<WallLearner> learner_;  // While more of the wall may come to light.

@@ -5,6 +5,7 @@
 #include <array>
 #include <cassert>
 #include <cstdlib>
+#include <utility>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -21,6 +22,13 @@ struct Cluster {
 // The greatest distance of any channel.
 int distance(const Cluster& c, const std::uint8_t* p) {
   return std::max({std::abs(p[0] - c.mean[0]), std::abs(p[1] - c.mean[1]), std::abs(p[2] - c.mean[2])});
+}
+
+// Insertion: there are five at most, and equals keep their order.
+void commonest_first(std::array<Cluster, ColourModes::kMost>& clusters, std::size_t used) {
+  for (std::size_t i = 1; i < used; ++i) {
+    for (std::size_t k = i; k > 0 && clusters[k].count > clusters[k - 1].count; --k) std::swap(clusters[k], clusters[k - 1]);
+  }
 }
 
 }  // namespace
@@ -57,8 +65,7 @@ ColourModes colour_modes(std::span<const cv::Mat> pictures, int radius) {
             home->mean[c] = (home->sum[c] + home->count / 2) / home->count;
           }
         }
-        std::stable_sort(clusters.begin(), clusters.begin() + std::ptrdiff_t(used),
-                         [](auto& a, auto& b) { return a.count > b.count; });
+        commonest_first(clusters, used);
         for (std::size_t c = 0; c < used; ++c) clusters[c].count = 0;
         // Means move while they are learned: asked again at the end, each colour belongs to the nearest.
         for (std::size_t k = 0; k < pictures.size(); ++k) {

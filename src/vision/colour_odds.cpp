@@ -7,7 +7,7 @@
 namespace choreo::vision {
 namespace {
 
-constexpr float kOutliers = 0.1F;  // Share of the uniform density in either.
+constexpr float kOutliers = 0.4F;  // Share of the uniform density in either.
 
 }  // namespace
 

@@ -15,20 +15,33 @@
 #include "vision/colour_odds.hpp"
 #include "vision/difference.hpp"
 #include "vision/min_cut.hpp"
+#include "vision/soft_light.hpp"
 
 namespace choreo::vision {
 namespace {
 
 constexpr int kModes = ColourModes::kMost;
-constexpr int kTurns = 4;
-constexpr float kMostOdds = 4.0F;      // Of one pixel's colour: no single one decides against all around it.
-constexpr float kSmooth = 3.0F;        // What it costs to part two alike neighbours, in the units of log odds.
-constexpr float kSmoothLeast = 0.15F;  // And two that are not alike.
-constexpr float kMostOutside = 6.0F;   // Against what the moving body is never around.
+constexpr int kTurns = 7;
+constexpr float kMostOdds = 3.0F;      // Of one pixel's colour: no single one decides against all around it.
+constexpr float kSmooth = 6.0F;        // What it costs to part two alike neighbours, in the units of log odds.
+constexpr float kSmoothLeast = 0.3F;   // And two that are not alike.
+constexpr float kMostOutside = 8.0F;   // Against what the moving body is never around.
+constexpr float kSecondWall = 4.0F;    // Against a second colour being the wall too.
 constexpr float kUnit = 1000.0F;       // Of the cut's whole numbers.
 
 float colour_distance(const cv::Vec3b& a, const cv::Vec3b& b) {
   return static_cast<float>(0.114 * std::abs(a[0] - b[0]) + 0.587 * std::abs(a[1] - b[1]) + 0.299 * std::abs(a[2] - b[2]));
+}
+
+// `mask` without its connected parts that are less than 1 / `share` of the largest.
+cv::Mat without_small_parts(const cv::Mat& mask, int share) {
+  cv::Mat labels;
+  cv::Mat statistics;
+  cv::Mat centroids;
+  const int count = cv::connectedComponentsWithStats(mask, labels, statistics, centroids, 8, CV_32S, cv::CCL_SAUF);
+  int largest = 0;
+  for (int i = 1; i < count; ++i) largest = std::max(largest, statistics.at<int>(i, cv::CC_STAT_AREA));
+  return without_specks(mask, (largest + share - 1) / share, false);
 }
 
 // Where the commonest colour does not stand alone, without specks and whatever else moves in the room.
@@ -40,14 +53,7 @@ cv::Mat moving_part(const ColourModes& modes) {
   }
   cv::morphologyEx(moving, moving, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_RECT, {3, 3}));
   moving = annealed(moving, 2);
-  cv::Mat labels, statistics, centroids;
-  const int count = cv::connectedComponentsWithStats(moving, labels, statistics, centroids, 8, CV_32S, cv::CCL_SAUF);
-  int largest = 0;
-  for (int i = 1; i < count; ++i) largest = std::max(largest, statistics.at<int>(i, cv::CC_STAT_AREA));
-  for (int i = 1; i < count; ++i) {
-    if (statistics.at<int>(i, cv::CC_STAT_AREA) * 10 < largest) moving.setTo(0, labels == i);
-  }
-  return moving;
+  return without_small_parts(moving, 5);
 }
 
 cv::Mat hull_of(const cv::Mat& mask) {
@@ -59,6 +65,15 @@ cv::Mat hull_of(const cv::Mat& mask) {
   cv::convexHull(points, outline);
   cv::fillConvexPoly(hull, outline, 255);
   return hull;
+}
+
+// `mask` grown by a disc of that radius and shrunk again, and a little more.
+cv::Mat closed(const cv::Mat& mask, double radius) {
+  cv::Mat distance;
+  cv::distanceTransform(~mask, distance, cv::DIST_L2, 3);
+  const cv::Mat grown = distance <= radius;
+  cv::distanceTransform(grown, distance, cv::DIST_L2, 3);
+  return distance > radius - 2.0;
 }
 
 // Fills `where` smoothly from what is around: the mean of what is known in ever wider windows.
@@ -88,18 +103,6 @@ void fill_smoothly(cv::Mat& picture, const cv::Mat& where) {
   }
 }
 
-// Whether `now` may be `before` in another light: a shadow on it, a glow.
-bool of_light(const cv::Vec3b& now, const cv::Vec3b& before) {
-  constexpr float kLevels = 8.0F;
-  const auto grey = [](const cv::Vec3b& c) { return 0.114F * c[0] + 0.587F * c[1] + 0.299F * c[2]; };
-  const float ratio = (grey(now) + kLevels) / (grey(before) + kLevels);
-  if (ratio < 0.4F || ratio > 1.5F) return false;
-  for (int c = 0; c < 3; ++c) {
-    if (std::abs(now[c] - ratio * before[c]) > kLevels + 0.05F * before[c]) return false;
-  }
-  return true;
-}
-
 struct Link {
   int a, b;
   float weight;
@@ -124,7 +127,7 @@ class Inference {
 
   float noise_;
   ColourModes modes_;
-  cv::Mat moving_, hull_, zone_, prior_;
+  cv::Mat moving_, hull_, zone_, prior_, reach_;
   std::vector<int> node_;             // Of pixel and mode, or -1: outside the zone, where the commonest is the wall.
   std::vector<std::array<int, 2>> what_;  // Pixel and mode of each node.
   std::vector<Link> links_;
@@ -191,18 +194,32 @@ void Inference::link_neighbours() {
   }
 }
 
-// What is certain at first: wall is what never moves beside the body's reach, body what passes before it.
+// What is certain at first: wall is what never moves beside the body's reach. Of the colours of a pixel that are not of one
+// surface in different light the one that is most like that wall is the wall, and the others are the body's.
 void Inference::first_odds() {
+  const float in_zone = 10 * cv::countNonZero(zone_) > 9 * modes_.size.area() ? 0.3F : 0.0F;
+  ColourOdds of_wall;
   odds_ = ColourOdds();
   for (int p = 0; p < modes_.size.area(); ++p) {
+    if (hull_.data[p] != 0) continue;
+    const float weight = zone_.data[p] == 0 ? 1.0F : in_zone;
+    of_wall.add_wall(modes_.at(p)[0].colour, weight);
+    odds_.add_wall(modes_.at(p)[0].colour, weight);
+  }
+  of_wall.finish();
+  for (int p = 0; p < modes_.size.area(); ++p) {
+    if (moving_.data[p] == 0) continue;
     const auto* modes = modes_.at(p);
-    if (hull_.data[p] == 0) {
-      odds_.add_wall(modes[0].colour, zone_.data[p] == 0 ? 1.0F : 0.3F);
-      continue;
-    }
-    if (moving_.data[p] == 0 || modes[0].count * 3 < 2 * modes_.pictures) continue;
+    const auto score = [&](int m) {
+      return 2.5F * std::log(static_cast<float>(modes[m].count)) - std::clamp(of_wall.log_odds(modes[m].colour), -4.0F, 2.0F);
+    };
+    int wall = 0;
     for (int m = 1; m < kModes; ++m) {
-      if (modes[m].count > 0 && !of_light(modes[m].colour, modes[0].colour)) {
+      if (modes[m].count > 0 && score(m) > score(wall)) wall = m;
+    }
+    if (3 * modes[wall].count >= 2 * modes_.pictures) odds_.add_wall(modes[wall].colour, 1.0F);
+    for (int m = 0; m < kModes; ++m) {
+      if (modes[m].count > 0 && score(m) < score(wall) - 2.0F && !same_surface(modes[m].colour, modes[wall].colour)) {
         odds_.add_body(modes[m].colour, static_cast<float>(modes[m].count));
       }
     }
@@ -235,14 +252,13 @@ void Inference::cut(int turn) {
     const auto& mode = modes_.at(p)[m];
     const float share = static_cast<float>(mode.count) / static_cast<float>(modes_.pictures);
     float odds = std::clamp(odds_.log_odds(mode.colour), -kMostOdds, kMostOdds) + prior_.ptr<float>()[p];
-    float weight = share;
     if (turn > 0) {
       odds -= kMostOutside * std::clamp((0.9F - enclosed_[n]) / 0.4F, 0.0F, 1.0F);
       // There is one wall at a pixel: where another colour was found to be it, this one is the body's, or its shadow.
       const int wall = wall_mode(p);
-      if (wall >= 0 && wall != m) odds += 3.0F;
+      if (wall >= 0 && wall != m) odds += kSecondWall;
     }
-    const int cost = static_cast<int>(std::lround(kUnit * weight * odds));
+    const int cost = static_cast<int>(std::lround(kUnit * share * odds));
     const int x = p % modes_.size.width;
     const bool beside = zone_.data[p] != 0 && ((x > 0 && zone_.data[p - 1] == 0) || (x + 1 < modes_.size.width && zone_.data[p + 1] == 0));
     graph.add_cost(static_cast<int>(n), std::max(0, cost), std::max(0, -cost));
@@ -268,7 +284,7 @@ void Inference::odds_of_answers() {
         // A wall that is seen now and then counts as one that is seen all the time: it is there all the time.
         odds_.add_wall(mode.colour, static_cast<float>(modes_.pictures));
       } else if (body_[std::size_t(node_[std::size_t(p * kModes + m)])] != 0) {
-        if (wall >= 0 && of_light(mode.colour, modes_.at(p)[wall].colour)) continue;
+        if (wall >= 0 && same_surface(mode.colour, modes_.at(p)[wall].colour)) continue;
         odds_.add_body(mode.colour, (wall >= 0 ? 1.0F : 0.2F) * static_cast<float>(mode.count));
       }
     }
@@ -287,10 +303,8 @@ void Inference::enclose() {
     wall[std::size_t(p)] = wall_mode(p);
     if (wall[std::size_t(p)] < 0) still.data[p] = 255;
   }
-  std::vector<int> inside(what_.size(), 0);
+  std::vector<cv::Mat> parts;  // Of the body, before wall that is known, in each picture.
   double area = 0;
-  const int reach = 1 + modes_.size.height / 40;
-  const cv::Mat around = cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * reach + 1, 2 * reach + 1});
   for (const auto& of : modes_.of) {
     cv::Mat part = cv::Mat::zeros(modes_.size, CV_8UC1);
     for (int p = 0; p < pixels; ++p) {
@@ -298,22 +312,29 @@ void Inference::enclose() {
       if (wall[std::size_t(p)] < 0 || m == ColourModes::kNone || m == wall[std::size_t(p)]) continue;
       if (body_[std::size_t(node_[std::size_t(p * kModes + m)])] != 0) part.data[p] = 255;
     }
-    part = without_specks(annealed(part, 1), std::max(2, pixels / 1500), false);
-    area += cv::countNonZero(part);
-    cv::Mat hull = hull_of(part);
-    cv::dilate(hull, hull, around);
-    for (int p = 0; p < pixels; ++p) {
-      if (hull.data[p] == 0 || zone_.data[p] == 0 || of.data[p] == ColourModes::kNone) continue;
-      ++inside[std::size_t(node_[std::size_t(p * kModes + of.data[p])])];
-    }
+    parts.push_back(without_small_parts(annealed(part, 1), 10));
+    area += cv::countNonZero(parts.back());
   }
   area /= modes_.pictures;
+  reach_ = cv::Mat::zeros(modes_.size, CV_8UC1);
+  for (const auto& part : parts) reach_ |= without_small_parts(part, 4);
+  std::vector<int> inside(what_.size(), 0);
+  const cv::Mat rest = without_specks(annealed(still, 1), 1, true);
+  // Half the width of a trunk.
+  const double reach = std::max(2.0, 0.4 * std::sqrt(area + std::min(area, double(cv::countNonZero(rest)))));
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const auto filled = closed(parts[k], reach);
+    for (int p = 0; p < pixels; ++p) {
+      const auto m = modes_.of[k].data[p];
+      if (filled.data[p] == 0 || zone_.data[p] == 0 || m == ColourModes::kNone) continue;
+      ++inside[std::size_t(node_[std::size_t(p * kModes + m)])];
+    }
+  }
   enclosed_.resize(what_.size());
   for (std::size_t n = 0; n < what_.size(); ++n) {
     enclosed_[n] = static_cast<float>(inside[n]) / static_cast<float>(modes_.at(what_[n][0])[what_[n][1]].count);
   }
-  const cv::Mat rest = without_specks(annealed(still, 1), 1, true);
-  if (cv::countNonZero(rest) > 1.2 * area) {
+  if (cv::countNonZero(rest) > 3 * area) {
     for (std::size_t n = 0; n < what_.size(); ++n) {
       if (rest.data[what_[n][0]] != 0) enclosed_[n] = 1;
     }
@@ -327,6 +348,7 @@ InferredWall Inference::run() {
   out.ghost = cv::Mat::zeros(modes_.size, CV_8UC3);
   for (int p = 0; p < modes_.size.area(); ++p) out.plate.ptr<cv::Vec3b>()[p] = modes_.at(p)[0].colour;
   moving_ = moving_part(modes_);
+  out.reach = cv::Mat::zeros(modes_.size, CV_8UC1);
   if (cv::countNonZero(moving_) == 0) return out;
   hull_ = hull_of(moving_);
   choose_nodes();
@@ -354,6 +376,8 @@ InferredWall Inference::run() {
     if (out.unseen.data[p] != 0) out.ghost.ptr<cv::Vec3b>()[p] = modes_.at(p)[0].colour;
   }
   fill_smoothly(out.plate, out.unseen);
+  const int near = 1 + modes_.size.height / 20;
+  cv::dilate(reach_ | out.unseen, out.reach, cv::getStructuringElement(cv::MORPH_RECT, {2 * near + 1, 2 * near + 1}));
   return out;
 }
 

@@ -12,6 +12,7 @@ namespace choreo::vision {
 struct InferredWall {
   cv::Mat plate;   ///< CV_8UC3; where the wall was never seen, a smooth guess from what is around.
   cv::Mat unseen;  ///< CV_8UC1, 255 where the body stood in every picture.
+  cv::Mat reach;   ///< CV_8UC1, 255 where the body was in any picture, and near it.
   cv::Mat ghost;   ///< CV_8UC3, the body's commonest colour where `unseen` is set, else 0.
 };
 
