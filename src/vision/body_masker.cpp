@@ -69,8 +69,19 @@ void MaskOptions::validate() const {
   check(relearn_s >= 0 && relearn_s <= 60, "background.relearn_s", relearn_s, "from 0 to 60 s");
 }
 
+namespace {
+
+BackgroundEstimate known(const cv::Mat& plate, double noise) {
+  BackgroundEstimate estimate;
+  estimate.plate = plate;
+  estimate.noise = noise;
+  return estimate;
+}
+
+}  // namespace
+
 BodyMasker::BodyMasker(const cv::Mat& plate, double noise, MaskOptions options)
-    : BodyMasker(BackgroundEstimate{.plate = plate, .noise = noise}, std::move(options)) {}
+    : BodyMasker(known(plate, noise), std::move(options)) {}
 
 BodyMasker::BodyMasker(const BackgroundEstimate& estimate, MaskOptions options)
     : options_(std::move(options)), noise_(estimate.noise) {
