@@ -212,6 +212,9 @@ std::vector<Field> make_schema() {
       "\"auto\", \"first:T\" (T a duration such as 1s), or the path of a picture of the empty room",
       "Where the picture of the empty room comes from: estimated over the whole clip, the median of its beginning, or a plate."));
   fields.push_back(flag(
+      "background.infer_unseen", [](Options& o) -> bool& { return o.mask.infer_unseen; },
+      "Piece the wall together behind a performer who never leaves, and decide by what is likely where it was never seen."));
+  fields.push_back(flag(
       "background.follow_exposure", [](Options& o) -> bool& { return o.mask.follow_exposure; },
       "Bring the background to each picture's exposure, white balance and tone, which cameras change by themselves."));
   fields.push_back(number(

@@ -69,7 +69,7 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
                                                   const cv::Mat& plate, int working_rows,
                                                   const std::function<std::unique_ptr<devices::Source>()>& reopen,
                                                   const std::function<void(double)>& progress,
-                                                  const std::stop_token& stop) {
+                                                  const std::stop_token& stop, bool infer_unseen) {
   LearnedBackground learned;
   const auto frame_size = source->info().size;
   const auto size = working_size(frame_size, working_rows);
@@ -122,6 +122,8 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
   } else {
     learned.estimate = whole ? vision::estimate_background(pictures, quiet.finish())
                              : vision::judge_plate(vision::median_plate(pictures), pictures);
+    if (infer_unseen) learned.estimate = vision::with_inferred_wall(std::move(learned.estimate), pictures);
+    learned.estimate.provisional = !whole;
     learned.pictures = pictures.size();
   }
   if (stop.stop_requested()) return std::nullopt;

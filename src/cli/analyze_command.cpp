@@ -103,6 +103,7 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   states.clear();  // The comparer has its own.
   summary.canvas = comparer.canvas();
   summary.sudden_changes_s = record.sudden_changes_s();
+  summary.inferred = record.inferred();
   write_results(summary, config, comparer,
                 {record.rows(), record.thumbnails().chosen(), record.bodies(), record.cut_bodies(), prepared.source->warnings()},
                 masks ? &*masks : nullptr, files, session, clock);

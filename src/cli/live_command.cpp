@@ -211,6 +211,7 @@ int live(const LiveOptions& options, Session& session) {
     const similarity::MaskComparer comparer(states, prepared.kernel);
     summary.canvas = comparer.canvas();
     summary.sudden_changes_s = record.sudden_changes_s();
+    summary.inferred = record.inferred();
     write_results(summary, config, comparer,
                   {record.rows(), record.thumbnails().chosen(), record.bodies(), record.cut_bodies(), prepared.source->warnings()},
                   nullptr, *files, session, clock);

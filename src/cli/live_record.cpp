@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/live_record.hpp"
 
-#include "cli/recording.hpp"
-
 namespace choreo::cli {
 
 void LiveRecordStage::process(pipeline::Observation& observation) {
@@ -10,6 +8,7 @@ void LiveRecordStage::process(pipeline::Observation& observation) {
   rows_.push_back(row_of(observation));
   rows_.back().zstar_tt = observation.zstar_row.back();
   cut_.push_back(observation.mask.cut);
+  inferred_.add(observation.mask);
   if (rows_.back().body) {
     ++bodies_;
     if (cut_.back()) ++cut_bodies_;

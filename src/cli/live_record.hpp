@@ -7,6 +7,7 @@
 #include <mutex>
 #include <vector>
 
+#include "cli/recording.hpp"
 #include "cli/thumbnails.hpp"
 #include "outputs/frames_csv.hpp"
 #include "pipeline/stage.hpp"
@@ -27,6 +28,7 @@ class LiveRecordStage final : public pipeline::Stage {
   [[nodiscard]] const ThumbnailKeeper& thumbnails() const { return thumbnails_; }
   [[nodiscard]] std::size_t bodies() const { return bodies_; }          ///< Of the rows, those with a body.
   [[nodiscard]] std::size_t cut_bodies() const { return cut_bodies_; }  ///< Of these, cut by the picture's border.
+  [[nodiscard]] double inferred() const { return inferred_.share(); }  ///< Over the whole run.
   [[nodiscard]] std::vector<double> sudden_changes_s() const { return {sudden_changes_s_.begin(), sudden_changes_s_.end()}; }
 
  private:
@@ -37,6 +39,7 @@ class LiveRecordStage final : public pipeline::Stage {
   std::deque<outputs::FrameRow> rows_;
   std::deque<bool> cut_;
   std::deque<double> sudden_changes_s_;  // The latest.
+  InferredShare inferred_;
   std::size_t bodies_ = 0;
   std::size_t cut_bodies_ = 0;
 };

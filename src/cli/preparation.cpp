@@ -59,14 +59,15 @@ vision::BodyMasker Preparation::learn() {
   const auto start = clock_.now();
   auto learned = pipeline::learn_background(
       std::move(source), spec_, plate_, settings_.working_rows, [this] { return open(); },
-      [&](double share) { session_.console.progress("learning the background", share); }, stop);
+      [&](double share) { session_.console.progress("learning the background", share); }, stop,
+      settings_.mask.infer_unseen);
   session_.console.finish_progress();
   if (!learned) throw Interrupted{};
   source = std::move(learned->source);
   summary.learn_wall = clock_.now() - start;
   summary.background = learned->estimate;
   summary.background_pictures = learned->pictures;
-  vision::BodyMasker masker(learned->estimate.plate, learned->estimate.noise, settings_.mask);
+  vision::BodyMasker masker(learned->estimate, settings_.mask);
   summary.threshold = masker.threshold();
   return masker;
 }

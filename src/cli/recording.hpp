@@ -17,6 +17,20 @@ namespace choreo::cli {
 /// The row of frames.csv that belongs to an observation, but for Z*(t,t).
 [[nodiscard]] outputs::FrameRow row_of(const pipeline::Observation& observation);
 
+/// How much of the body, over all frames, was decided by a wall that nobody saw.
+class InferredShare {
+ public:
+  void add(const vision::MaskResult& mask) {
+    body_ += mask.area;
+    inferred_ += mask.inferred;
+  }
+  [[nodiscard]] double share() const { return body_ > 0 ? inferred_ / body_ : 0.0; }  ///< 0 to 1.
+
+ private:
+  double body_ = 0;  // Pixels.
+  double inferred_ = 0;
+};
+
 /// Everything that is kept of a run, a few kilobytes a frame; of a long one every second frame, every fourth, ... so
 /// that there are never more than so many.
 class RecordStage final : public pipeline::Stage {
@@ -37,6 +51,7 @@ class RecordStage final : public pipeline::Stage {
   [[nodiscard]] std::size_t bodies() const;      ///< Rows with a body.
   [[nodiscard]] std::size_t cut_bodies() const;  ///< Of these, cut by the picture's border.
   [[nodiscard]] const std::vector<double>& sudden_changes_s() const { return sudden_changes_s_; }
+  [[nodiscard]] double inferred() const { return inferred_.share(); }
   [[nodiscard]] std::size_t kept_every() const { return step_; }  ///< 1: every frame that came is a row.
 
  private:
@@ -51,6 +66,7 @@ class RecordStage final : public pipeline::Stage {
   std::vector<std::unique_ptr<const body::MaskState>> states_;
   std::vector<outputs::FrameRow> rows_;
   std::vector<bool> cut_;  // By row.
+  InferredShare inferred_;
   std::vector<double> sudden_changes_s_;
 };
 

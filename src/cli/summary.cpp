@@ -62,6 +62,8 @@ std::string to_json(const Summary& s, const config::Config& config) {
   json["background"] = {{"from", config.options().background},
                         {"uncertain", s.background.uncertain()},
                         {"share_of_body_before_unseen_wall", rounded(s.background.unseen, 4)},
+                        {"pieced_together", s.background.pieced},
+                        {"share_of_body_inferred", rounded(s.inferred, 4)},
                         {"share_of_pictures_without_body", rounded(s.background.empty, 4)},
                         {"pictures", s.background_pictures},
                         {"noise_grey_levels", rounded(s.background.noise, 3)}};

@@ -38,6 +38,7 @@ struct Summary {
   double threshold = 0;
   vision::BackgroundEstimate background;
   std::size_t background_pictures = 0;
+  double inferred = 0;  ///< Share of the body's pixels, over all frames, that an inferred wall decided; 0 to 1.
   std::vector<double> sudden_changes_s;
   cv::Size canvas;
   std::vector<std::string> warnings;

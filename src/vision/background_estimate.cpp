@@ -14,6 +14,7 @@
 
 #include "vision/difference.hpp"
 #include "vision/tone_curve.hpp"
+#include "vision/unseen_wall.hpp"
 
 namespace choreo::vision {
 namespace {
@@ -204,6 +205,28 @@ BackgroundEstimate judge_plate(const cv::Mat& plate, std::span<const cv::Mat> pi
     sum += double(cv::countNonZero(hull & doubtful)) / double(std::max(1, cv::countNonZero(hull)));
   }
   if (!masks.empty()) estimate.unseen = sum / double(masks.size());
+  return estimate;
+}
+
+BackgroundEstimate with_inferred_wall(BackgroundEstimate estimate, std::span<const cv::Mat> pictures) {
+  constexpr std::size_t kMostPictures = 60;  // A wall that no sixtieth of the clip shows is as good as unseen.
+  std::vector<cv::Mat> alike;
+  const auto step = std::max<std::size_t>(1, (pictures.size() + kMostPictures - 1) / kMostPictures);
+  for (std::size_t k = 0; k < pictures.size(); k += step) {
+    alike.push_back(ToneCurve(pictures[k], estimate.plate).apply(pictures[k]));
+  }
+  const auto wall = infer_wall(alike, estimate.noise);
+  if (estimate.unseen <= 0.02 && !estimate.pieced && share(wall.unseen) < kBodyShare) return estimate;
+  // What was right stays to the last bit.
+  const cv::Mat other = foreground(wall.plate, estimate.plate, threshold_of(estimate.noise)) | wall.unseen;
+  wall.plate.copyTo(estimate.plate, other);
+  estimate.pieced = true;
+  estimate.reach = wall.reach;
+  estimate.inferred = estimate.inferred.empty() ? other : cv::Mat(other | estimate.inferred);
+  if (cv::countNonZero(wall.unseen) > 0) {
+    estimate.never_seen = wall.unseen;
+    estimate.ghost = wall.ghost;
+  }
   return estimate;
 }
 

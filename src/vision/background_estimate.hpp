@@ -18,9 +18,21 @@ struct BackgroundEstimate {
   double unseen = 0;
   /// Share of the pictures that show no body, 0 to 1.
   double empty = 0;
+  /// Whether the plate was pieced together from what is likely (`infer_wall`) instead of seen.
+  bool pieced = false;
+  /// CV_8UC1, 255 where the plate is an inference; empty where not `pieced`.
+  cv::Mat inferred;
+  /// CV_8UC1, 255 where the body was in any picture, and near it; empty where not `pieced`.
+  cv::Mat reach;
+  /// CV_8UC1, 255 where the body stood in every picture, so that the plate is a guess (`infer_wall`); empty: nowhere.
+  cv::Mat never_seen;
+  /// CV_8UC3, what the body looked like there; empty where `never_seen` is.
+  cv::Mat ghost;
+  /// Learned from the beginning alone: what comes may show more of the wall.
+  bool provisional = false;
 
   /// Whether masks made against it may have holes or ghosts.
-  [[nodiscard]] bool uncertain() const { return unseen > 0.02; }
+  [[nodiscard]] bool uncertain() const { return unseen > 0.02 || pieced; }
 };
 
 /// Per pixel and channel the median over the pictures: right where more than half of them show the wall.
@@ -39,6 +51,10 @@ struct BackgroundEstimate {
 /// @cost  O(pictures x pixels); uses all cores, and the result does not depend on how many.
 [[nodiscard]] BackgroundEstimate estimate_background(std::span<const cv::Mat> pictures,
                                                      std::span<const cv::Mat> quiet);
+
+/// `estimate` with the wall behind a body that never left, as far as the pictures tell (`infer_wall`); unchanged where
+/// they give no reason to doubt it.
+[[nodiscard]] BackgroundEstimate with_inferred_wall(BackgroundEstimate estimate, std::span<const cv::Mat> pictures);
 
 /// A given plate judged against pictures of the clip: fills in noise, unseen and empty.
 [[nodiscard]] BackgroundEstimate judge_plate(const cv::Mat& plate, std::span<const cv::Mat> pictures);

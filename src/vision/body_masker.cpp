@@ -12,7 +12,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/error.hpp"
-#include "vision/background_estimate.hpp"
 #include "vision/difference.hpp"
 #include "vision/soft_light.hpp"
 #include "vision/tone_curve.hpp"
@@ -51,6 +50,9 @@ cv::Rect pixels_of(const Zone& zone, cv::Size size) {
   return {x0, y0, x1 - x0, y1 - y0};
 }
 
+// Of the picture: a smaller hole in a body before a pieced wall is a mistake, a larger one may be seen through.
+constexpr double kHoleShare = 0.001;
+
 }  // namespace
 
 void MaskOptions::validate() const {
@@ -67,9 +69,34 @@ void MaskOptions::validate() const {
   check(relearn_s >= 0 && relearn_s <= 60, "background.relearn_s", relearn_s, "from 0 to 60 s");
 }
 
-BodyMasker::BodyMasker(const cv::Mat& plate, double noise, MaskOptions options) : options_(std::move(options)) {
+namespace {
+
+BackgroundEstimate known(const cv::Mat& plate, double noise) {
+  BackgroundEstimate estimate;
+  estimate.plate = plate;
+  estimate.noise = noise;
+  return estimate;
+}
+
+}  // namespace
+
+BodyMasker::BodyMasker(const cv::Mat& plate, double noise, MaskOptions options)
+    : BodyMasker(known(plate, noise), std::move(options)) {}
+
+BodyMasker::BodyMasker(const BackgroundEstimate& estimate, MaskOptions options)
+    : options_(std::move(options)), noise_(estimate.noise) {
+  const auto& plate = estimate.plate;
+  const double noise = noise_;
   assert(plate.type() == CV_8UC3);
   options_.validate();
+  if (options_.infer_unseen) {
+    pieced_ = estimate.pieced;
+    reach_ = estimate.reach;
+    inferred_ = estimate.inferred;
+    never_seen_ = estimate.never_seen;
+    ghost_ = estimate.ghost;
+    if (estimate.provisional) learner_.emplace();
+  }
   threshold_ = options_.threshold.value_or(std::max(options_.least_threshold, options_.noise_factor * noise));
   background_ = plate.clone();
   background_.convertTo(running_, CV_32F);
@@ -120,9 +147,17 @@ MaskResult BodyMasker::process(const cv::Mat& picture, double time_s) {
   cv::Mat mask = difference > threshold_;
   if (options_.drop_soft_light) mask = without_soft_light(mask, picture, lit);
   if (options_.half_contrast_edge) mask = edge_at_half_contrast(without_halo(mask, difference), difference);
+  if (!never_seen_.empty()) {
+    mask.setTo(0, never_seen_);
+    mask |= before_unseen(picture, lit, curve);
+  }
   mask = annealed(mask, options_.steps);
   if (!allowed_.empty()) mask &= allowed_;
   const int speck = static_cast<int>(std::ceil(options_.speck_percent / 100.0 * double(mask.total())));
+  if (pieced_) {
+    mask = without_parts_of_light(mask, picture, lit, reach_);
+    mask = without_small_holes(mask, static_cast<int>(kHoleShare * double(mask.total())));
+  }
   mask = without_specks(mask, speck, options_.largest_only);
 
   // The body's shadow and blur reach beyond its mask.
@@ -130,11 +165,13 @@ MaskResult BodyMasker::process(const cv::Mat& picture, double time_s) {
   cv::dilate(mask, last_mask_, cv::getStructuringElement(cv::MORPH_RECT, {2 * margin + 1, 2 * margin + 1}));
   last_lit_ = lit;
   follow(picture, lit, dt_s);
+  if (learner_) learn_wall(picture, time_s);
 
   const int area = cv::countNonZero(mask);
   if (area == 0 || area < options_.min_body_percent / 100.0 * double(mask.total())) return result;
   result.mask = mask;
   result.area = area;
+  if (pieced_) result.inferred = cv::countNonZero(mask & inferred_);
   result.body = true;
   const auto box = cv::boundingRect(mask);
   result.cut = box.x == 0 || box.y == 0 || box.br().x == mask.cols || box.br().y == mask.rows;
@@ -163,6 +200,31 @@ void BodyMasker::follow(const cv::Mat& picture, const cv::Mat& lit, double dt_s)
       begin = end;
     }
   }
+}
+
+// Where the wall was never seen: body, unless it looks like the wall around and not like the body did.
+cv::Mat BodyMasker::before_unseen(const cv::Mat& picture, const cv::Mat& lit, const ToneCurve& curve) const {
+  const cv::Mat from_wall = difference_luminance(picture, lit);
+  const cv::Mat from_ghost = difference_luminance(picture, curve.apply(ghost_));
+  return never_seen_ & ((from_wall > threshold_) | (from_ghost <= 2 * threshold_));
+}
+
+void BodyMasker::learn_wall(const cv::Mat& picture, double time_s) {
+  learner_->add(picture, time_s, background_, last_mask_);
+  if (!learner_->due()) return;
+  BackgroundEstimate so_far;
+  so_far.plate = background_.clone();
+  so_far.noise = noise_;
+  so_far.unseen = 1;
+  so_far.inferred = inferred_;
+  const auto now = learner_->ask(std::move(so_far));
+  background_ = now.plate;
+  background_.convertTo(running_, CV_32F);
+  pieced_ = now.pieced;
+  reach_ = now.reach;
+  inferred_ = now.inferred;
+  never_seen_ = now.never_seen;
+  ghost_ = now.ghost;
 }
 
 bool BodyMasker::relearn(const cv::Mat& picture, double time_s) {

@@ -125,4 +125,26 @@ cv::Mat without_specks(const cv::Mat& mask, int min_area, bool only_largest) {
   return out;
 }
 
+cv::Mat without_small_holes(const cv::Mat& mask, int max_area) {
+  cv::Mat labels;
+  cv::Mat statistics;
+  cv::Mat centroids;
+  const int count = cv::connectedComponentsWithStats(~mask, labels, statistics, centroids, 4, CV_32S, cv::CCL_SAUF);
+  std::vector<std::uint8_t> fill(static_cast<std::size_t>(count), 0);
+  for (int i = 1; i < count; ++i) {
+    const int left = statistics.at<int>(i, cv::CC_STAT_LEFT);
+    const int top = statistics.at<int>(i, cv::CC_STAT_TOP);
+    const bool inside = left > 0 && top > 0 && left + statistics.at<int>(i, cv::CC_STAT_WIDTH) < mask.cols &&
+                        top + statistics.at<int>(i, cv::CC_STAT_HEIGHT) < mask.rows;
+    fill[std::size_t(i)] = inside && statistics.at<int>(i, cv::CC_STAT_AREA) <= max_area ? 255 : 0;
+  }
+  cv::Mat out = mask.clone();
+  for (int y = 0; y < mask.rows; ++y) {
+    const auto* label = labels.ptr<int>(y);
+    auto* o = out.ptr<std::uint8_t>(y);
+    for (int x = 0; x < mask.cols; ++x) o[x] |= fill[std::size_t(label[x])];
+  }
+  return out;
+}
+
 }  // namespace choreo::vision

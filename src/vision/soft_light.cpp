@@ -136,4 +136,50 @@ cv::Mat without_soft_light(const cv::Mat& mask, const cv::Mat& picture, const cv
   return out;
 }
 
+bool same_surface(const cv::Vec3b& now, const cv::Vec3b& before) {
+  constexpr float kSome = 8.0F;  // Levels of both: without them the ratio of two dark pixels is noise.
+  const auto grey = [](const cv::Vec3b& c) { return 0.114F * c[0] + 0.587F * c[1] + 0.299F * c[2]; };
+  const float ratio = (grey(now) + kSome) / (grey(before) + kSome);
+  if (ratio < 0.4F || ratio > 1.5F) return false;
+  for (int c = 0; c < 3; ++c) {
+    if (std::abs(now[c] - ratio * before[c]) > kSome + 0.05F * before[c]) return false;
+  }
+  return true;
+}
+
+cv::Mat without_parts_of_light(const cv::Mat& mask, const cv::Mat& picture, const cv::Mat& background,
+                               const cv::Mat& reach) {
+  cv::Mat labels;
+  const int count = cv::connectedComponents(mask, labels, 8, CV_32S, cv::CCL_SAUF);
+  if (count <= 2) return mask.clone();
+  std::vector<int> area(std::size_t(count), 0);
+  std::vector<int> of_light(std::size_t(count), 0);
+  std::vector<int> outside(std::size_t(count), 0);
+  for (int y = 0; y < mask.rows; ++y) {
+    const auto* line = labels.ptr<int>(y);
+    for (int x = 0; x < mask.cols; ++x) {
+      if (line[x] == 0) continue;
+      ++area[std::size_t(line[x])];
+      if (same_surface(picture.at<cv::Vec3b>(y, x), background.at<cv::Vec3b>(y, x))) ++of_light[std::size_t(line[x])];
+      if (!reach.empty() && reach.at<std::uint8_t>(y, x) == 0) ++outside[std::size_t(line[x])];
+    }
+  }
+  const auto largest = std::max_element(area.begin(), area.end()) - area.begin();
+  std::vector<std::uint8_t> goes(std::size_t(count), 0);
+  for (std::size_t i = 1; i < goes.size(); ++i) {
+    if (std::ptrdiff_t(i) == largest) continue;
+    const bool elsewhere = 3 * area[i] < area[std::size_t(largest)] && 2 * outside[i] > area[i];
+    goes[i] = elsewhere || 5 * of_light[i] >= 4 * area[i] ? 1 : 0;
+  }
+  cv::Mat out = mask.clone();
+  for (int y = 0; y < mask.rows; ++y) {
+    const auto* line = labels.ptr<int>(y);
+    auto* o = out.ptr<std::uint8_t>(y);
+    for (int x = 0; x < mask.cols; ++x) {
+      if (goes[std::size_t(line[x])] != 0) o[x] = 0;
+    }
+  }
+  return out;
+}
+
 }  // namespace choreo::vision

@@ -176,6 +176,17 @@ TEST_P(MasksOfSeed, AgreeWithTheTruthAt320x240) {
 
 INSTANTIATE_TEST_SUITE_P(Seeds, MasksOfSeed, ::testing::Range(1, 11));
 
+class MasksOfWhoNeverLeaves : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(MasksOfWhoNeverLeaves, AreWholeThoughTheWallBehindWasNeverSeen) {
+  EXPECT_GE(mean_iou(std::string("synthetic://") + GetParam() + "&size=320x240&fps=15&duration=6&empty=0"), 0.90);
+}
+
+INSTANTIATE_TEST_SUITE_P(Clips, MasksOfWhoNeverLeaves,
+                         ::testing::Values("jumping-jacks?seed=1", "side-kicks?seed=2", "semaphore?seed=3", "palindrome?seed=4",
+                                           "limp?seed=5", "idle?seed=6", "jumping-jacks?seed=7", "side-kicks?seed=8",
+                                           "anti-palindrome?seed=11", "idle?seed=12"));
+
 TEST(Masks, AgreeWithTheTruthAtFullHd) {
   EXPECT_GE(mean_iou("synthetic://side-kicks?size=1920x1080&fps=10&duration=3&empty=0.5&seed=5"), 0.97);
 }

@@ -64,6 +64,41 @@ TEST(Recordings, OutlinesByHandAreMetAndTheEmptyRoomIsEmpty) {
   }
 }
 
+// Outlines are in pixels of the full frame, masks at the working resolution.
+class NeverLeaves : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(NeverLeaves, OutlinesByHandAreMetThoughTheWallBehindWasNeverSeen) {
+  std::ifstream file(std::string(CHOREO_PROJECT_ROOT) + "/tests/data/outlines/" + GetParam());
+  const auto outlines = nlohmann::json::parse(file);
+  const auto clip = shared_data(outlines.at("clip").get<std::string>());
+  NEEDS(clip);
+  const TempFolder folder;
+  RunOptions patient;
+  patient.limit = std::chrono::minutes(8);
+  analyze(clip, folder / "out", {"--save", "masks"}, patient);
+  const cv::Size full(outlines.at("size").at(0).get<int>(), outlines.at("size").at(1).get<int>());
+  const cv::Size working(270, 480);
+  ASSERT_EQ(outlines.at("frames").size(), 6U);
+  double sum = 0;
+  for (const auto& frame : outlines.at("frames")) {
+    cv::Mat truth;
+    cv::resize(filled(frame.at("body"), frame.at("holes"), full), truth, working, 0, 0, cv::INTER_AREA);
+    truth = truth >= 128;
+    const auto one = read_npy(folder / "out/masks.npy", frame.at("frame").get<std::size_t>() - 1, 1);
+    ASSERT_EQ(one.data.size(), std::size_t(working.area()));
+    const cv::Mat found = cv::Mat(working, CV_8UC1, const_cast<std::uint8_t*>(one.data.data())) != 0;
+    const double overlap = double(cv::countNonZero(found & truth)) / double(cv::countNonZero(found | truth));
+    std::printf("%s frame %d: intersection over union %.3f\n", GetParam(), frame.at("frame").get<int>(), overlap);
+    EXPECT_GE(overlap, 0.83) << "frame " << frame.at("frame");
+    sum += overlap;
+  }
+  EXPECT_GE(sum / 6, kLeastOverlap);
+  const Results results(folder / "out");
+  EXPECT_GT(results.summary.at("background").at("share_of_body_inferred"), 0.1);
+}
+
+INSTANTIATE_TEST_SUITE_P(Pose2Sim, NeverLeaves, ::testing::Values("pose2sim_cam01.json", "pose2sim_cam02.json"));
+
 class RehearsalVideo : public ::testing::TestWithParam<const char*> {};
 
 // The wall behind the performer is never seen: the result must not look as if it were sure of itself.
