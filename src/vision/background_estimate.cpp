@@ -217,6 +217,10 @@ BackgroundEstimate with_inferred_wall(BackgroundEstimate estimate, std::span<con
   }
   const auto wall = infer_wall(alike, estimate.noise);
   if (estimate.unseen <= 0.02 && !estimate.pieced && share(wall.unseen) < kBodyShare) return estimate;
+  return with_wall(std::move(estimate), wall);
+}
+
+BackgroundEstimate with_wall(BackgroundEstimate estimate, const InferredWall& wall) {
   // What was right stays to the last bit.
   const cv::Mat other = foreground(wall.plate, estimate.plate, threshold_of(estimate.noise)) | wall.unseen;
   wall.plate.copyTo(estimate.plate, other);

@@ -6,6 +6,8 @@
 
 #include <opencv2/core/mat.hpp>
 
+#include "vision/unseen_wall.hpp"
+
 namespace choreo::vision {
 
 /// A picture of the room without the body, and how far it can be trusted.
@@ -55,6 +57,9 @@ struct BackgroundEstimate {
 /// `estimate` with the wall behind a body that never left, as far as the pictures tell (`infer_wall`); unchanged where
 /// they give no reason to doubt it.
 [[nodiscard]] BackgroundEstimate with_inferred_wall(BackgroundEstimate estimate, std::span<const cv::Mat> pictures);
+
+/// `estimate` with a wall that was inferred from pictures in the plate's light.
+[[nodiscard]] BackgroundEstimate with_wall(BackgroundEstimate estimate, const InferredWall& wall);
 
 /// A given plate judged against pictures of the clip: fills in noise, unseen and empty.
 [[nodiscard]] BackgroundEstimate judge_plate(const cv::Mat& plate, std::span<const cv::Mat> pictures);

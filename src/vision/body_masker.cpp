@@ -95,7 +95,7 @@ BodyMasker::BodyMasker(const BackgroundEstimate& estimate, MaskOptions options)
     inferred_ = estimate.inferred;
     never_seen_ = estimate.never_seen;
     ghost_ = estimate.ghost;
-    if (estimate.provisional) learner_.emplace();
+    if (estimate.provisional) learner_.emplace(noise_);
   }
   threshold_ = options_.threshold.value_or(std::max(options_.least_threshold, options_.noise_factor * noise));
   background_ = plate.clone();
@@ -210,14 +210,13 @@ cv::Mat BodyMasker::before_unseen(const cv::Mat& picture, const cv::Mat& lit, co
 }
 
 void BodyMasker::learn_wall(const cv::Mat& picture, double time_s) {
-  learner_->add(picture, time_s, background_, last_mask_);
-  if (!learner_->due()) return;
+  const auto wall = learner_->add(picture, time_s, background_, last_mask_);
+  if (!wall) return;
   BackgroundEstimate so_far;
   so_far.plate = background_.clone();
   so_far.noise = noise_;
-  so_far.unseen = 1;
   so_far.inferred = inferred_;
-  const auto now = learner_->ask(std::move(so_far));
+  const auto now = with_wall(std::move(so_far), *wall);
   background_ = now.plate;
   background_.convertTo(running_, CV_32F);
   pieced_ = now.pieced;
@@ -227,6 +226,13 @@ void BodyMasker::learn_wall(const cv::Mat& picture, double time_s) {
   ghost_ = now.ghost;
 }
 
+// Of another scene nothing that was inferred holds.
+void BodyMasker::forget_inference() {
+  pieced_ = false;
+  for (auto* map : {&reach_, &inferred_, &never_seen_, &ghost_}) map->release();
+  if (learner_) learner_->reset();
+}
+
 bool BodyMasker::relearn(const cv::Mat& picture, double time_s) {
   constexpr std::size_t kMostPictures = 64;  // Bounds the memory; a median gains nothing from more.
   if (learning_.size() < kMostPictures) learning_.push_back(picture.clone());
@@ -234,6 +240,7 @@ bool BodyMasker::relearn(const cv::Mat& picture, double time_s) {
   background_ = median_plate(learning_);
   background_.convertTo(running_, CV_32F);
   last_mask_ = cv::Mat();
+  forget_inference();
   last_lit_ = background_.clone();  // Should the scene have changed again meanwhile, the next picture is seen to be another.
   learning_.clear();
   learning_since_s_.reset();

@@ -78,6 +78,7 @@ class BodyMasker {
   void follow(const cv::Mat& picture, const cv::Mat& lit, double dt_s);
   bool relearn(const cv::Mat& picture, double time_s);
   void learn_wall(const cv::Mat& picture, double time_s);
+  void forget_inference();
   [[nodiscard]] cv::Mat before_unseen(const cv::Mat& picture, const cv::Mat& lit, const ToneCurve& curve) const;
 
   MaskOptions options_;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
+#include <utility>
 #include <vector>
 
 #include <opencv2/imgproc.hpp>
@@ -108,24 +109,36 @@ struct Link {
   float weight;
 };
 
-class Inference {
- public:
-  Inference(std::span<const cv::Mat> pictures, double noise)
-      : noise_(static_cast<float>(noise)),
-        modes_(colour_modes(pictures, static_cast<int>(std::lround(std::max(10.0, 4.0 * noise))))) {}
+}  // namespace
 
-  InferredWall run();
+class WallInference::Impl {
+ public:
+  Impl(std::vector<cv::Mat> pictures, double noise) : noise_(static_cast<float>(noise)), pictures_(std::move(pictures)) {
+    assert(!pictures_.empty());
+  }
+
+  bool advance();
+  [[nodiscard]] const InferredWall& wall() const { return out_; }
 
  private:
+  enum class Step { kModes, kNodes, kLinks, kCut, kParts, kAround, kOdds, kAnswer, kDone };
+
+  void find_modes();
   void choose_nodes();
   void link_neighbours();
   void first_odds();
   void cut(int turn);
   void odds_of_answers();
-  void enclose();
+  void find_parts();
+  void look_around();
+  void answer();
   [[nodiscard]] int wall_mode(int pixel) const;
 
   float noise_;
+  Step next_ = Step::kModes;
+  int turn_ = 0;
+  InferredWall out_;
+  std::vector<cv::Mat> pictures_;
   ColourModes modes_;
   cv::Mat moving_, hull_, zone_, prior_, reach_;
   std::vector<int> node_;             // Of pixel and mode, or -1: outside the zone, where the commonest is the wall.
@@ -134,9 +147,12 @@ class Inference {
   std::vector<std::uint8_t> body_;    // The answer of each node.
   std::vector<float> enclosed_;       // Of each node: in what share of its pictures the moving body is around it, 0 to 1.
   ColourOdds odds_;
+  std::vector<cv::Mat> parts_;  // Of the body, before wall that is known, in each picture.
+  cv::Mat rest_;                // The largest part of which all colours are the body's.
+  double area_ = 0;             // Mean of the parts, pixels.
 };
 
-void Inference::choose_nodes() {
+void WallInference::Impl::choose_nodes() {
   const auto box = cv::boundingRect(moving_);
   const int margin = 2 + modes_.size.height / 5;
   const auto zone = cv::Rect(box.x - margin, 0, box.width + 2 * margin, modes_.size.height) & cv::Rect({0, 0}, modes_.size);
@@ -161,7 +177,7 @@ void Inference::choose_nodes() {
 }
 
 // Neighbouring nodes that are seen together, weighed by how often and how alike they are.
-void Inference::link_neighbours() {
+void WallInference::Impl::link_neighbours() {
   const float scale = 6.0F + 2.0F * noise_;
   const int cols = modes_.size.width;
   for (int y = 0; y < modes_.size.height; ++y) {
@@ -196,7 +212,7 @@ void Inference::link_neighbours() {
 
 // What is certain at first: wall is what never moves beside the body's reach. Of the colours of a pixel that are not of one
 // surface in different light the one that is most like that wall is the wall, and the others are the body's.
-void Inference::first_odds() {
+void WallInference::Impl::first_odds() {
   const float in_zone = 10 * cv::countNonZero(zone_) > 9 * modes_.size.area() ? 0.3F : 0.0F;
   ColourOdds of_wall;
   odds_ = ColourOdds();
@@ -228,7 +244,7 @@ void Inference::first_odds() {
 }
 
 // The node that is the wall's at a pixel, or -1 where all are the body's.
-int Inference::wall_mode(int pixel) const {
+int WallInference::Impl::wall_mode(int pixel) const {
   int best = -1;
   float best_score = 0;
   for (int m = 0; m < kModes; ++m) {
@@ -245,7 +261,7 @@ int Inference::wall_mode(int pixel) const {
   return best;
 }
 
-void Inference::cut(int turn) {
+void WallInference::Impl::cut(int turn) {
   MinCut graph(static_cast<int>(what_.size()));
   for (std::size_t n = 0; n < what_.size(); ++n) {
     const auto [p, m] = what_[n];
@@ -269,7 +285,7 @@ void Inference::cut(int turn) {
   for (std::size_t n = 0; n < what_.size(); ++n) body_[n] = graph.with_source(static_cast<int>(n)) ? 1 : 0;
 }
 
-void Inference::odds_of_answers() {
+void WallInference::Impl::odds_of_answers() {
   odds_ = ColourOdds();
   for (int p = 0; p < modes_.size.area(); ++p) {
     if (zone_.data[p] == 0) {
@@ -292,9 +308,8 @@ void Inference::odds_of_answers() {
   odds_.finish();
 }
 
-// A body is around its trunk: what shows while the moving parts are elsewhere is the wall, or a thing in the room. Where
-// little moves, such as the arms of somebody who signals, the one part that does not move is taken for the rest of it.
-void Inference::enclose() {
+// What of the body moves, picture by picture.
+void WallInference::Impl::find_parts() {
   const int pixels = modes_.size.area();
   std::vector<int> wall(std::size_t(pixels), -1);
   cv::Mat still = cv::Mat::zeros(modes_.size, CV_8UC1);  // All of its colours are the body's.
@@ -303,8 +318,8 @@ void Inference::enclose() {
     wall[std::size_t(p)] = wall_mode(p);
     if (wall[std::size_t(p)] < 0) still.data[p] = 255;
   }
-  std::vector<cv::Mat> parts;  // Of the body, before wall that is known, in each picture.
-  double area = 0;
+  parts_.clear();
+  area_ = 0;
   for (const auto& of : modes_.of) {
     cv::Mat part = cv::Mat::zeros(modes_.size, CV_8UC1);
     for (int p = 0; p < pixels; ++p) {
@@ -312,18 +327,24 @@ void Inference::enclose() {
       if (wall[std::size_t(p)] < 0 || m == ColourModes::kNone || m == wall[std::size_t(p)]) continue;
       if (body_[std::size_t(node_[std::size_t(p * kModes + m)])] != 0) part.data[p] = 255;
     }
-    parts.push_back(without_small_parts(annealed(part, 1), 10));
-    area += cv::countNonZero(parts.back());
+    parts_.push_back(without_small_parts(annealed(part, 1), 10));
+    area_ += cv::countNonZero(parts_.back());
   }
-  area /= modes_.pictures;
+  area_ /= modes_.pictures;
   reach_ = cv::Mat::zeros(modes_.size, CV_8UC1);
-  for (const auto& part : parts) reach_ |= without_small_parts(part, 4);
+  for (const auto& part : parts_) reach_ |= without_small_parts(part, 4);
+  rest_ = without_specks(annealed(still, 1), 1, true);
+}
+
+// A body is around its trunk: what shows while the moving parts are elsewhere is the wall, or a thing in the room. Where
+// little moves, such as the arms of somebody who signals, the one part that does not move is taken for the rest of it.
+void WallInference::Impl::look_around() {
+  const int pixels = modes_.size.area();
   std::vector<int> inside(what_.size(), 0);
-  const cv::Mat rest = without_specks(annealed(still, 1), 1, true);
   // Half the width of a trunk.
-  const double reach = std::max(2.0, 0.4 * std::sqrt(area + std::min(area, double(cv::countNonZero(rest)))));
-  for (std::size_t k = 0; k < parts.size(); ++k) {
-    const auto filled = closed(parts[k], reach);
+  const double reach = std::max(2.0, 0.4 * std::sqrt(area_ + std::min(area_, double(cv::countNonZero(rest_)))));
+  for (std::size_t k = 0; k < parts_.size(); ++k) {
+    const auto filled = closed(parts_[k], reach);
     for (int p = 0; p < pixels; ++p) {
       const auto m = modes_.of[k].data[p];
       if (filled.data[p] == 0 || zone_.data[p] == 0 || m == ColourModes::kNone) continue;
@@ -334,58 +355,101 @@ void Inference::enclose() {
   for (std::size_t n = 0; n < what_.size(); ++n) {
     enclosed_[n] = static_cast<float>(inside[n]) / static_cast<float>(modes_.at(what_[n][0])[what_[n][1]].count);
   }
-  if (cv::countNonZero(rest) > 3 * area) {
+  if (cv::countNonZero(rest_) > 3 * area_) {
     for (std::size_t n = 0; n < what_.size(); ++n) {
-      if (rest.data[what_[n][0]] != 0) enclosed_[n] = 1;
+      if (rest_.data[what_[n][0]] != 0) enclosed_[n] = 1;
     }
   }
 }
 
-InferredWall Inference::run() {
-  InferredWall out;
-  out.plate.create(modes_.size, CV_8UC3);
-  out.unseen = cv::Mat::zeros(modes_.size, CV_8UC1);
-  out.ghost = cv::Mat::zeros(modes_.size, CV_8UC3);
-  for (int p = 0; p < modes_.size.area(); ++p) out.plate.ptr<cv::Vec3b>()[p] = modes_.at(p)[0].colour;
+void WallInference::Impl::find_modes() {
+  modes_ = colour_modes(pictures_, static_cast<int>(std::lround(std::max(10.0F, 4.0F * noise_))));
+  pictures_.clear();
+  out_.plate.create(modes_.size, CV_8UC3);
+  out_.unseen = cv::Mat::zeros(modes_.size, CV_8UC1);
+  out_.ghost = cv::Mat::zeros(modes_.size, CV_8UC3);
+  out_.reach = cv::Mat::zeros(modes_.size, CV_8UC1);
+  for (int p = 0; p < modes_.size.area(); ++p) out_.plate.ptr<cv::Vec3b>()[p] = modes_.at(p)[0].colour;
   moving_ = moving_part(modes_);
-  out.reach = cv::Mat::zeros(modes_.size, CV_8UC1);
-  if (cv::countNonZero(moving_) == 0) return out;
-  hull_ = hull_of(moving_);
-  choose_nodes();
-  link_neighbours();
-  body_.assign(what_.size(), 0);
-  first_odds();
-  for (int turn = 0; turn < kTurns; ++turn) {
-    cut(turn);
-    enclose();
-    odds_of_answers();
+}
+
+bool WallInference::Impl::advance() {
+  switch (next_) {
+    case Step::kModes:
+      find_modes();
+      next_ = cv::countNonZero(moving_) == 0 ? Step::kDone : Step::kNodes;
+      break;
+    case Step::kNodes:
+      hull_ = hull_of(moving_);
+      choose_nodes();
+      body_.assign(what_.size(), 0);
+      first_odds();
+      next_ = Step::kLinks;
+      break;
+    case Step::kLinks:
+      link_neighbours();
+      next_ = Step::kCut;
+      break;
+    case Step::kCut:
+      cut(turn_);
+      next_ = Step::kParts;
+      break;
+    case Step::kParts:
+      find_parts();
+      next_ = Step::kAround;
+      break;
+    case Step::kAround:
+      look_around();
+      next_ = Step::kOdds;
+      break;
+    case Step::kOdds:
+      odds_of_answers();
+      next_ = ++turn_ < kTurns ? Step::kCut : Step::kAnswer;
+      break;
+    case Step::kAnswer:
+      answer();
+      next_ = Step::kDone;
+      break;
+    case Step::kDone:
+      break;
   }
+  return next_ == Step::kDone;
+}
+
+void WallInference::Impl::answer() {
   for (int p = 0; p < modes_.size.area(); ++p) {
     if (zone_.data[p] == 0) continue;
     const int wall = wall_mode(p);
     if (wall >= 0) {
-      out.plate.ptr<cv::Vec3b>()[p] = modes_.at(p)[wall].colour;
+      out_.plate.ptr<cv::Vec3b>()[p] = modes_.at(p)[wall].colour;
     } else {
-      out.unseen.data[p] = 255;
+      out_.unseen.data[p] = 255;
     }
   }
   // What stands alone far from the rest is a thing in the room.
-  cv::Mat main = without_specks(annealed(out.unseen, 3), std::max(2, modes_.size.area() / 2000), false);
-  out.unseen &= main;
+  const cv::Mat main = without_specks(annealed(out_.unseen, 3), std::max(2, modes_.size.area() / 2000), false);
+  out_.unseen &= main;
   for (int p = 0; p < modes_.size.area(); ++p) {
-    if (out.unseen.data[p] != 0) out.ghost.ptr<cv::Vec3b>()[p] = modes_.at(p)[0].colour;
+    if (out_.unseen.data[p] != 0) out_.ghost.ptr<cv::Vec3b>()[p] = modes_.at(p)[0].colour;
   }
-  fill_smoothly(out.plate, out.unseen);
+  fill_smoothly(out_.plate, out_.unseen);
   const int near = 1 + modes_.size.height / 20;
-  cv::dilate(reach_ | out.unseen, out.reach, cv::getStructuringElement(cv::MORPH_RECT, {2 * near + 1, 2 * near + 1}));
-  return out;
+  cv::dilate(reach_ | out_.unseen, out_.reach, cv::getStructuringElement(cv::MORPH_RECT, {2 * near + 1, 2 * near + 1}));
 }
 
-}  // namespace
+WallInference::WallInference(std::vector<cv::Mat> pictures, double noise)
+    : impl_(std::make_unique<Impl>(std::move(pictures), noise)) {}
+WallInference::~WallInference() = default;
+WallInference::WallInference(WallInference&&) noexcept = default;
+WallInference& WallInference::operator=(WallInference&&) noexcept = default;
+bool WallInference::advance() { return impl_->advance(); }
+const InferredWall& WallInference::wall() const { return impl_->wall(); }
 
 InferredWall infer_wall(std::span<const cv::Mat> pictures, double noise) {
-  assert(!pictures.empty());
-  return Inference(pictures, noise).run();
+  WallInference inference({pictures.begin(), pictures.end()}, noise);
+  while (!inference.advance()) {
+  }
+  return inference.wall();
 }
 
 }  // namespace choreo::vision

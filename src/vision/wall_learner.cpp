@@ -2,7 +2,6 @@
 #include "vision/wall_learner.hpp"
 
 #include <algorithm>
-#include <utility>
 
 #include "vision/tone_curve.hpp"
 
@@ -10,35 +9,49 @@ namespace choreo::vision {
 namespace {
 
 constexpr std::size_t kMostKept = 40;
-constexpr double kLongestPeriod_s = 1.6;  // Then the last minute is looked at.
+constexpr double kPeriod_s = 0.1;
+constexpr double kOldest_s = 60.0;
 constexpr double kLongestWait_s = 20.0;
+
+// The same for the same number, and without any order (SplitMix64).
+std::uint64_t lot_of(std::uint64_t number) {
+  std::uint64_t z = (number + 1) * 0x9e3779b97f4a7c15ULL;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  return z ^ (z >> 31);
+}
 
 }  // namespace
 
-void WallLearner::add(const cv::Mat& picture, double time_s, const cv::Mat& background, const cv::Mat& except) {
-  if (!first_s_) first_s_ = time_s;
-  // Half a millisecond of grace: time stamps are rounded.
-  if (last_s_ && time_s - *last_s_ < period_s_ - 5e-4) return;
-  last_s_ = time_s;
-  if (kept_.size() == kMostKept) {
-    if (period_s_ < kLongestPeriod_s) {
-      for (std::size_t i = 2; i < kept_.size(); i += 2) std::swap(kept_[i / 2], kept_[i]);
-      kept_.resize(kMostKept / 2);
-      period_s_ *= 2;
-    } else {
-      kept_.erase(kept_.begin());
-    }
-  }
-  kept_.push_back(ToneCurve(picture, background, except).apply(picture));
-  if (time_s - *first_s_ >= next_ask_s_) {
-    due_ = true;
-    next_ask_s_ += std::min(kLongestWait_s, 0.6 * next_ask_s_);
-  }
+// A sample of the last minute by lot: evenly spaced pictures of somebody who moves to a beat may all show one pose.
+void WallLearner::keep(const cv::Mat& picture, double time_s) {
+  std::erase_if(kept_, [&](const Kept& kept) { return kept.time_s < time_s - kOldest_s; });
+  kept_.push_back({time_s, lot_of(offered_++), picture});
+  if (kept_.size() <= kMostKept) return;
+  kept_.erase(std::min_element(kept_.begin(), kept_.end(), [](const Kept& a, const Kept& b) { return a.lot < b.lot; }));
 }
 
-BackgroundEstimate WallLearner::ask(BackgroundEstimate so_far) {
-  due_ = false;
-  return with_inferred_wall(std::move(so_far), kept_);
+std::optional<InferredWall> WallLearner::add(const cv::Mat& picture, double time_s, const cv::Mat& background,
+                                             const cv::Mat& except) {
+  if (!first_s_) first_s_ = time_s;
+  // Half a millisecond of grace: time stamps are rounded.
+  if (!last_s_ || time_s - *last_s_ >= kPeriod_s - 5e-4) {
+    last_s_ = time_s;
+    keep(ToneCurve(picture, background, except).apply(picture), time_s);
+  }
+  if (inference_) {
+    if (!inference_->advance()) return std::nullopt;
+    auto wall = inference_->wall();
+    inference_.reset();
+    return wall;
+  }
+  if (time_s - *first_s_ >= next_ask_s_) {
+    next_ask_s_ += std::min(kLongestWait_s, 0.6 * next_ask_s_);
+    std::vector<cv::Mat> pictures;
+    for (const auto& kept : kept_) pictures.push_back(kept.picture);
+    inference_.emplace(std::move(pictures), noise_);
+  }
+  return std::nullopt;
 }
 
 }  // namespace choreo::vision
