@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cmath>
 #include <cstdlib>
+#include <numeric>
 #include <vector>
 
 #include <opencv2/imgproc.hpp>
@@ -13,6 +14,7 @@
 #include <tbb/parallel_for.h>
 
 #include "vision/difference.hpp"
+#include "vision/lots.hpp"
 #include "vision/tone_curve.hpp"
 #include "vision/unseen_wall.hpp"
 
@@ -210,13 +212,23 @@ BackgroundEstimate judge_plate(const cv::Mat& plate, std::span<const cv::Mat> pi
 
 BackgroundEstimate with_inferred_wall(BackgroundEstimate estimate, std::span<const cv::Mat> pictures) {
   constexpr std::size_t kMostPictures = 60;  // A wall that no sixtieth of the clip shows is as good as unseen.
+  // By lot: evenly spaced pictures of somebody who moves to a beat may all show one pose.
+  std::vector<std::size_t> drawn(pictures.size());
+  std::iota(drawn.begin(), drawn.end(), std::size_t{0});
+  std::sort(drawn.begin(), drawn.end(), [](std::size_t a, std::size_t b) { return lot_of(a) < lot_of(b); });
+  drawn.resize(std::min(drawn.size(), kMostPictures));
+  std::sort(drawn.begin(), drawn.end());
   std::vector<cv::Mat> alike;
-  const auto step = std::max<std::size_t>(1, (pictures.size() + kMostPictures - 1) / kMostPictures);
-  for (std::size_t k = 0; k < pictures.size(); k += step) {
-    alike.push_back(ToneCurve(pictures[k], estimate.plate).apply(pictures[k]));
-  }
+  for (const auto k : drawn) alike.push_back(ToneCurve(pictures[k], estimate.plate).apply(pictures[k]));
   const auto wall = infer_wall(alike, estimate.noise);
-  if (estimate.unseen <= 0.02 && !estimate.pieced && share(wall.unseen) < kBodyShare) return estimate;
+  if (!estimate.uncertain()) {
+    if (share(wall.unseen) < kBodyShare) return estimate;
+    // A room that was seen empty for a while, and somebody who then stands still before it most of the time: the piece of
+    // wall that was seen goes on behind the body, and what would replace it has a body's outline.
+    cv::Mat better = estimate.plate.clone();
+    take_unoutlined(better, wall.plate, threshold_of(estimate.noise));
+    if (share(foreground(better, estimate.plate, threshold_of(estimate.noise))) < kBodyShare) return estimate;
+  }
   return with_wall(std::move(estimate), wall);
 }
 

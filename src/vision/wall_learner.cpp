@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "vision/lots.hpp"
 #include "vision/tone_curve.hpp"
 
 namespace choreo::vision {
@@ -12,14 +13,6 @@ constexpr std::size_t kMostKept = 40;
 constexpr double kPeriod_s = 0.1;
 constexpr double kOldest_s = 60.0;
 constexpr double kLongestWait_s = 20.0;
-
-// The same for the same number, and without any order (SplitMix64).
-std::uint64_t lot_of(std::uint64_t number) {
-  std::uint64_t z = (number + 1) * 0x9e3779b97f4a7c15ULL;
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
-  return z ^ (z >> 31);
-}
 
 }  // namespace
 
