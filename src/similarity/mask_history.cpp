@@ -19,6 +19,8 @@ namespace {
 
 constexpr int kCell = 32;  // Pixels; a cell of a line is one 32-bit word.
 constexpr std::size_t kCellBytes = 4;
+constexpr std::size_t kRowsAhead = 6;
+constexpr std::size_t kShortRow = 4096;  // Bytes.
 constexpr int kShifts = 3;  // The mirror's sigma: -1, 0, 1.
 
 constexpr int floor_div(int a, int b) { return a >= 0 ? a / b : -((b - 1 - a) / b); }
@@ -223,6 +225,14 @@ void MaskHistory::append(const body::MaskState* state, std::span<float> z, std::
       if (k + 1 < visits) {
         const auto next_slot = slot_of(order_[k + 1]);
         next = bits_of(next_slot) + common_part(rows_[next_slot], box).begin;
+      }
+      // Short rows end before what is asked for ahead of them has come: then it is asked for several rows before.
+      if (k + kRowsAhead < visits && part.end - part.begin <= kShortRow) {
+        const auto later = slot_of(order_[k + kRowsAhead]);
+        const auto later_part = common_part(rows_[later], box);
+        for (auto line = later_part.begin; line < later_part.end; line += kBitAlignment) {
+          __builtin_prefetch(bits_of(later) + line);
+        }
       }
       // Where the row's first byte lies in the strings of the live state; at most an alignment before their begin.
       const auto offset = std::ptrdiff_t(part.begin) + (row.y - box.y) * line_bytes;

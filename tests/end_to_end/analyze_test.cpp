@@ -125,7 +125,8 @@ TEST(AnalyzeOutputs, TheTableTheMatricesAndTheMasksTellTheSameStory) {
 
 /// Mean intersection over union of the program's masks with the truth, over the frames whose truth has a body.
 /// Expects no body where the truth has none.
-double mean_iou(const std::string& source, const std::vector<std::string>& more = {}) {
+/// @param from_s  frames before are not looked at.
+double mean_iou(const std::string& source, const std::vector<std::string>& more = {}, double from_s = 0) {
   const TempFolder folder;
   std::vector<std::string> arguments{"--save", "masks", "--set", "plot.width_px=320", "--set", "plot.thumbnails=0"};
   arguments.insert(arguments.end(), more.begin(), more.end());
@@ -140,6 +141,7 @@ double mean_iou(const std::string& source, const std::vector<std::string>& more 
   double sum = 0;
   int bodies = 0;
   for (int i = 0; i < performer.frame_count(); ++i) {
+    if (i < from_s * request.settings.fps) continue;
     const auto truth_full = performer.perform(i).mask;
     cv::Mat truth;
     cv::resize(truth_full, truth, {cols, rows}, 0, 0, cv::INTER_AREA);
@@ -186,6 +188,18 @@ INSTANTIATE_TEST_SUITE_P(Clips, MasksOfWhoNeverLeaves,
                          ::testing::Values("jumping-jacks?seed=1", "side-kicks?seed=2", "semaphore?seed=3", "palindrome?seed=4",
                                            "limp?seed=5", "idle?seed=6", "jumping-jacks?seed=7", "side-kicks?seed=8",
                                            "anti-palindrome?seed=11", "idle?seed=12"));
+
+class LiveMasksOfWhoNeverLeaves : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(LiveMasksOfWhoNeverLeaves, AreWholeAfterAFewSeconds) {
+  // As live works: the median of the first two seconds, what comes to light later, and 120 rows.
+  EXPECT_GE(mean_iou(std::string("synthetic://") + GetParam() + "&size=320x240&fps=30&duration=12&empty=0",
+                     {"--background", "first:2s", "--set", "working.rows=120"}, 8),
+            0.90);
+}
+
+INSTANTIATE_TEST_SUITE_P(Clips, LiveMasksOfWhoNeverLeaves,
+                         ::testing::Values("jumping-jacks?seed=1", "jumping-jacks?seed=7", "side-kicks?seed=2", "limp?seed=5"));
 
 TEST(Masks, AgreeWithTheTruthAtFullHd) {
   EXPECT_GE(mean_iou("synthetic://side-kicks?size=1920x1080&fps=10&duration=3&empty=0.5&seed=5"), 0.97);

@@ -89,7 +89,7 @@ TEST_P(NeverLeaves, OutlinesByHandAreMetThoughTheWallBehindWasNeverSeen) {
     const cv::Mat found = cv::Mat(working, CV_8UC1, const_cast<std::uint8_t*>(one.data.data())) != 0;
     const double overlap = double(cv::countNonZero(found & truth)) / double(cv::countNonZero(found | truth));
     std::printf("%s frame %d: intersection over union %.3f\n", GetParam(), frame.at("frame").get<int>(), overlap);
-    EXPECT_GE(overlap, 0.83) << "frame " << frame.at("frame");
+    EXPECT_GE(overlap, kLeastOverlap) << "frame " << frame.at("frame");
     sum += overlap;
   }
   EXPECT_GE(sum / 6, kLeastOverlap);
