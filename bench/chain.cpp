@@ -4,8 +4,8 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <opencv2/core.hpp>
 #include <tbb/global_control.h>
+#include <opencv2/core.hpp>
 
 #include "devices/synthetic/performer.hpp"
 #include "pipeline/pacing.hpp"
@@ -104,8 +104,8 @@ void fill(similarity::MaskHistory& history, const Film& film, cv::Size working) 
 }
 
 // The history is full from the start: no row goes by time, one by number with every frame.
-pipeline::RunReport run_chain(Film& film, similarity::MaskHistory& history, cv::Size working, int threads, bool as_camera,
-                              std::uint64_t frames, pipeline::RowCost& cost) {
+pipeline::RunReport run_chain(Film& film, similarity::MaskHistory& history, cv::Size working, int threads,
+                              bool as_camera, std::uint64_t frames, pipeline::RowCost& cost) {
   const pipeline::SteadyClock clock;
   std::vector<std::unique_ptr<pipeline::Stage>> stages;
   stages.push_back(std::make_unique<pipeline::PictureStage>(working));
@@ -145,9 +145,11 @@ Chain measure(Film& film, int threads, const Settings& settings) {
 }  // namespace
 
 void chain(const Settings& settings, Report& report) {
-  report.notes.push_back(fmt::format(
-      "frames filmed beforehand, masks at {} rows, 10 min of history ({} rows, full), mask and Z and Z*", kLiveRows, kCapacity));
-  report.notes.emplace_back("frames/s: as fast as they go; latency: with a camera's 30 frames a second, the newest frame wins");
+  report.notes.push_back(
+      fmt::format("frames filmed beforehand, masks at {} rows, 10 min of history ({} rows, full), mask and Z and Z*",
+                  kLiveRows, kCapacity));
+  report.notes.emplace_back(
+      "frames/s: as fast as they go; latency: with a camera's 30 frames a second, the newest frame wins");
   for (const auto size : {cv::Size(640, 480), cv::Size(1920, 1080)}) {
     Film film(size, settings.quick ? 15 : 60);
     for (const int threads : {1, 2}) {
@@ -155,8 +157,12 @@ void chain(const Settings& settings, Report& report) {
       const auto name = fmt::format("{} x {}, {} thread{}", size.width, size.height, threads, threads == 1 ? "" : "s");
       const auto ms = [](Nanoseconds t) { return 1e3 * to_seconds(t); };
       report.lines.push_back({name + ", frames/s", "", fmt::format("{:.0f}", c.fps), "", "", ""});
-      report.lines.push_back({name + ", p50 / p99 / max", "", fmt::format("{:.1f} / {:.1f} / {:.1f} ms", ms(c.camera.p50), ms(c.camera.p99), ms(c.camera.max)), "", "", ""});
-      report.lines.push_back({name + ", a row, dropped", "", fmt::format("{:.2f} ms, {}", ms(c.row), c.dropped), "", "", ""});
+      report.lines.push_back(
+          {name + ", p50 / p99 / max", "",
+           fmt::format("{:.1f} / {:.1f} / {:.1f} ms", ms(c.camera.p50), ms(c.camera.p99), ms(c.camera.max)), "", "",
+           ""});
+      report.lines.push_back(
+          {name + ", a row, dropped", "", fmt::format("{:.2f} ms, {}", ms(c.row), c.dropped), "", "", ""});
       const auto key = fmt::format("{}x{}", size.width, size.height) + (threads == 1 ? "_1_thread" : "");
       report.figures["chain_fps_" + key] = c.fps;
       report.figures["chain_p99_ms_" + key] = ms(c.camera.p99);

@@ -140,9 +140,8 @@ void run_threaded(Reader& reader, const Stages& stages, const std::vector<Group>
   std::vector<std::unique_ptr<Channel<ObservationPtr>>> channels;
   const bool newest_wins = options.at_reader == Overflow::kDropOldest;
   for (std::size_t g = 0; g < groups.size(); ++g) {
-    channels.push_back(g == 0 && newest_wins
-                           ? std::make_unique<Channel<ObservationPtr>>(1, Overflow::kDropOldest)
-                           : std::make_unique<Channel<ObservationPtr>>(options.queue_capacity));
+    channels.push_back(g == 0 && newest_wins ? std::make_unique<Channel<ObservationPtr>>(1, Overflow::kDropOldest)
+                                             : std::make_unique<Channel<ObservationPtr>>(options.queue_capacity));
   }
   // Where the reader's is first, then each stage's.
   std::vector<std::exception_ptr> problems(stages.size() + 1);

@@ -66,9 +66,8 @@ int analyze(const AnalyzeOptions& options, Session& session) {
                       fmt::format("the matrices of {} frames", frames));
   auto masker = prepared.learn();
   // Said at once, whatever is being done: people press again where nothing answers.
-  const std::stop_callback answer(stop, [&] {
-    console.warn("interrupted: what was read is finished and written; again to leave nothing");
-  });
+  const std::stop_callback answer(
+      stop, [&] { console.warn("interrupted: what was read is finished and written; again to leave nothing"); });
 
   std::optional<outputs::NpyPictures> masks;
   if (save_masks) masks.emplace(files.add("masks.npy"), summary.working_size);
@@ -76,7 +75,8 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   const auto end = std::min(summary.source.duration.value_or(Nanoseconds::max()), prepared.selection.to);
   const auto seen = [&](Nanoseconds time) {
     const auto to_do = to_seconds(end - prepared.selection.from);
-    console.progress("reading frames", end == Nanoseconds::max() ? -1.0 : to_seconds(time - prepared.selection.from) / to_do);
+    console.progress("reading frames",
+                     end == Nanoseconds::max() ? -1.0 : to_seconds(time - prepared.selection.from) / to_do);
   };
   std::vector<std::unique_ptr<pipeline::Stage>> stages;
   stages.push_back(std::make_unique<pipeline::PictureStage>(summary.working_size));
@@ -92,9 +92,9 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   if (summary.run.problem) std::rethrow_exception(summary.run.problem);
   if (record.rows().empty()) {
     if (summary.run.interrupted) throw Interrupted{};
-    throw usage_error(fmt::format("no frame of \"{}\" is chosen: it has {} frames", summary.source.name,
-                                  summary.run.frames_read), options.source.span ? "--span " + *options.source.span : "",
-                      "choose a span inside the recording");
+    throw usage_error(
+        fmt::format("no frame of \"{}\" is chosen: it has {} frames", summary.source.name, summary.run.frames_read),
+        options.source.span ? "--span " + *options.source.span : "", "choose a span inside the recording");
   }
 
   summary.thinned_to_every = record.kept_every();
@@ -104,9 +104,10 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   summary.canvas = comparer.canvas();
   summary.sudden_changes_s = record.sudden_changes_s();
   summary.inferred = record.inferred();
-  write_results(summary, config, comparer,
-                {record.rows(), record.thumbnails().chosen(), record.bodies(), record.cut_bodies(), prepared.source->warnings()},
-                masks ? &*masks : nullptr, files, session, clock);
+  write_results(
+      summary, config, comparer,
+      {record.rows(), record.thumbnails().chosen(), record.bodies(), record.cut_bodies(), prepared.source->warnings()},
+      masks ? &*masks : nullptr, files, session, clock);
   tell_results(summary, files, console);
   // Also where all frames were read before: whoever stops a batch wants the batch to stop.
   return stop.stop_requested() ? kInterrupted : kDone;
@@ -118,10 +119,16 @@ void declare_analyze(CLI::App& app, Command& chosen) {
   auto options = std::make_shared<AnalyzeOptions>();
   auto* command = app.add_subcommand("analyze", "turn a recording into its Z and Z* plots, matrices and tables");
   options->source.declare(*command);
-  command->add_option("--out", options->out, "the folder to write to; made where it is missing")->required()->type_name("DIR");
-  command->add_option("--save", options->save, "also write: masks")->type_name("WHAT")->allow_extra_args(false)->check(CLI::IsMember({"masks"}));
+  command->add_option("--out", options->out, "the folder to write to; made where it is missing")
+      ->required()
+      ->type_name("DIR");
+  command->add_option("--save", options->save, "also write: masks")
+      ->type_name("WHAT")
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember({"masks"}));
   command->footer(kManual);
-  command->callback([options, &chosen] { chosen = [options](Session& session) { return analyze(*options, session); }; });
+  command->callback(
+      [options, &chosen] { chosen = [options](Session& session) { return analyze(*options, session); }; });
 }
 
 }  // namespace choreo::cli

@@ -80,7 +80,8 @@ class FigureLines {
                     : o.state       ? fmt::format("Z*(t,t) {:.2f}", o.zstar_row.back())
                                     : "no body");
     if (rate > 0) lines.push_back(fmt::format("{:.1f} frames/s", rate));
-    lines.push_back(fmt::format("latency {:.1f} ms, p99 {:.1f} ms", 1e3 * to_seconds(latency.p50), 1e3 * to_seconds(latency.p99)));
+    lines.push_back(
+        fmt::format("latency {:.1f} ms, p99 {:.1f} ms", 1e3 * to_seconds(latency.p50), 1e3 * to_seconds(latency.p99)));
     lines.push_back(fmt::format("{} dropped", monitor_.dropped()));
     lines.push_back(fmt::format("{} rows of history", o.z_row.size()));
     return lines;
@@ -94,7 +95,8 @@ class FigureLines {
 
 std::size_t ring_capacity(Nanoseconds length, double nominal_fps) {
   constexpr double kUndeclared = 30;
-  return std::size_t(std::max(1.0, std::ceil(to_seconds(length) * (nominal_fps > 0 ? nominal_fps : kUndeclared) - 1e-6)));
+  return std::size_t(
+      std::max(1.0, std::ceil(to_seconds(length) * (nominal_fps > 0 ? nominal_fps : kUndeclared) - 1e-6)));
 }
 
 Nanoseconds history_length(const LiveOptions& options) {
@@ -106,13 +108,14 @@ Nanoseconds history_length(const LiveOptions& options) {
     throw usage_error(error.what(), "--history", error.hint());
   }
   if (length < std::chrono::seconds(1) || length > kLongest) {
-    throw usage_error(fmt::format("is {}", options.history), "--history", "--history is a duration from 1s to 24h, such as 10min");
+    throw usage_error(fmt::format("is {}", options.history), "--history",
+                      "--history is a duration from 1s to 24h, such as 10min");
   }
   return length;
 }
 
-std::unique_ptr<outputs::LiveWindow> open_window(const LiveOptions& options, const Summary& summary, Nanoseconds history,
-                                                 Session& session, std::stop_source& closed,
+std::unique_ptr<outputs::LiveWindow> open_window(const LiveOptions& options, const Summary& summary,
+                                                 Nanoseconds history, Session& session, std::stop_source& closed,
                                                  const std::function<void()>& report) {
   if (options.headless) return nullptr;
   if (!outputs::display_is_there()) {
@@ -134,7 +137,8 @@ int live(const LiveOptions& options, Session& session) {
   const pipeline::SteadyClock clock;
   const auto pace = pipeline::parse_pace(options.pace);
   const auto length = history_length(options);
-  const auto config = options.source.configuration({{"working.rows", "120"}, {"background.from", "first:2s"}}, "default of live");
+  const auto config =
+      options.source.configuration({{"working.rows", "120"}, {"background.from", "first:2s"}}, "default of live");
   const auto& settings = config.options();
   Preparation prepared(options.source, settings, session, clock);
   auto& summary = prepared.summary;
@@ -182,7 +186,8 @@ int live(const LiveOptions& options, Session& session) {
   stages.push_back(std::make_unique<pipeline::MaskStage>(std::move(masker)));
   stages.push_back(std::make_unique<pipeline::StateStage>(settings.motion_window_s));
   stages.push_back(std::make_unique<pipeline::HistoryStage>(history, length, clock, &row_cost));
-  auto owned_record = std::make_unique<LiveRecordStage>(ThumbnailKeeper(settings.plot.thumbnails, settings.plot.thumbnails_at_s), show);
+  auto owned_record =
+      std::make_unique<LiveRecordStage>(ThumbnailKeeper(settings.plot.thumbnails, settings.plot.thumbnails_at_s), show);
   auto& record = *owned_record;
   stages.push_back(std::move(owned_record));
 
@@ -198,8 +203,8 @@ int live(const LiveOptions& options, Session& session) {
   summary.run = pipeline::run(*prepared.source, prepared.selection, stages, run, clock, ended.get_token());
   session.interrupt.on_report({});
   summary.run.interrupted = prepared.stop.stop_requested();
-  summary.live = LiveSummary{options.pace, to_seconds(length), history.capacity(), history.bytes_per_row(), history.memory_bytes(),
-                             history.size(), row_cost.full(), row_cost.filling()};
+  summary.live = LiveSummary{options.pace,           to_seconds(length), history.capacity(), history.bytes_per_row(),
+                             history.memory_bytes(), history.size(),     row_cost.full(),    row_cost.filling()};
 
   if (summary.run.frames > 0) {
     for (const auto& line : live_table(summary)) console.say(line);
@@ -213,14 +218,16 @@ int live(const LiveOptions& options, Session& session) {
     summary.sudden_changes_s = record.sudden_changes_s();
     summary.inferred = record.inferred();
     write_results(summary, config, comparer,
-                  {record.rows(), record.thumbnails().chosen(), record.bodies(), record.cut_bodies(), prepared.source->warnings()},
+                  {record.rows(), record.thumbnails().chosen(), record.bodies(), record.cut_bodies(),
+                   prepared.source->warnings()},
                   nullptr, *files, session, clock);
     tell_results(summary, *files, console);
   }
   if (summary.run.problem) std::rethrow_exception(summary.run.problem);
   if (history.size() == 0 && !ended.stop_requested()) {
-    throw usage_error(fmt::format("no frame of \"{}\" is chosen: it has {} frames", summary.source.name, summary.run.frames_read),
-                      options.source.span ? "--span " + *options.source.span : "", "choose a span inside the recording");
+    throw usage_error(
+        fmt::format("no frame of \"{}\" is chosen: it has {} frames", summary.source.name, summary.run.frames_read),
+        options.source.span ? "--span " + *options.source.span : "", "choose a span inside the recording");
   }
   return prepared.stop.stop_requested() ? kInterrupted : kDone;
 }
@@ -232,10 +239,12 @@ void declare_live(CLI::App& app, Command& chosen) {
   auto* command = app.add_subcommand("live", "show Z and Z* against the last minutes while the body moves");
   options->source.declare(*command);
   command->add_option("--pace", options->pace, "live, replay or max; see below (default live)")->type_name("PACE");
-  command->add_option("--history", options->history, "how far back a frame is compared (1s to 24h, default 10min)")->type_name("T");
+  command->add_option("--history", options->history, "how far back a frame is compared (1s to 24h, default 10min)")
+      ->type_name("T");
   command->add_flag("--headless", options->headless, "no window");
   command->add_flag("--full-screen", options->full_screen, "the window fills the screen, for a projector");
-  command->add_option("--out", options->out, "the folder to write to at the end; made where it is missing")->type_name("DIR");
+  command->add_option("--out", options->out, "the folder to write to at the end; made where it is missing")
+      ->type_name("DIR");
   command->footer(kManual);
   command->callback([options, &chosen] { chosen = [options](Session& session) { return live(*options, session); }; });
 }

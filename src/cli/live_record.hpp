@@ -28,8 +28,10 @@ class LiveRecordStage final : public pipeline::Stage {
   [[nodiscard]] const ThumbnailKeeper& thumbnails() const { return thumbnails_; }
   [[nodiscard]] std::size_t bodies() const { return bodies_; }          ///< Of the rows, those with a body.
   [[nodiscard]] std::size_t cut_bodies() const { return cut_bodies_; }  ///< Of these, cut by the picture's border.
-  [[nodiscard]] double inferred() const { return inferred_.share(); }  ///< Over the whole run.
-  [[nodiscard]] std::vector<double> sudden_changes_s() const { return {sudden_changes_s_.begin(), sudden_changes_s_.end()}; }
+  [[nodiscard]] double inferred() const { return inferred_.share(); }   ///< Over the whole run.
+  [[nodiscard]] std::vector<double> sudden_changes_s() const {
+    return {sudden_changes_s_.begin(), sudden_changes_s_.end()};
+  }
 
  private:
   void forget(std::size_t count);

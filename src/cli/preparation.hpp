@@ -6,8 +6,8 @@
 #include <memory>
 #include <stop_token>
 
-#include <opencv2/core/mat.hpp>
 #include <tbb/global_control.h>
+#include <opencv2/core/mat.hpp>
 
 #include "cli/commands.hpp"
 #include "cli/source_options.hpp"

@@ -38,7 +38,8 @@ class RecordStage final : public pipeline::Stage {
   /// @param most_rows  at least 2.
   /// @param masks  where every mask that is kept is written; may be null.
   /// @param seen  told the time of every frame that is done.
-  RecordStage(std::size_t most_rows, ThumbnailKeeper thumbnails, outputs::NpyPictures* masks, std::function<void(Nanoseconds)> seen)
+  RecordStage(std::size_t most_rows, ThumbnailKeeper thumbnails, outputs::NpyPictures* masks,
+              std::function<void(Nanoseconds)> seen)
       : most_rows_(most_rows), thumbnails_(std::move(thumbnails)), masks_(masks), seen_(std::move(seen)) {}
 
   [[nodiscard]] std::string name() const override { return "record"; }

@@ -25,25 +25,24 @@ std::vector<std::string> warnings_of(const Summary& s, const config::Options& se
                                    size.height, s.working_size.width, s.working_size.height));
   }
   if (s.thinned_to_every > 1) {
-    warnings.push_back(fmt::format("of {} frames every {}{} is kept, so that the matrices have at most {} rows (matrix.most_rows)",
-                                   s.run.frames, s.thinned_to_every, s.thinned_to_every == 2 ? "nd" : "th",
-                                   settings.matrix_rows));
+    warnings.push_back(
+        fmt::format("of {} frames every {}{} is kept, so that the matrices have at most {} rows (matrix.most_rows)",
+                    s.run.frames, s.thinned_to_every, s.thinned_to_every == 2 ? "nd" : "th", settings.matrix_rows));
   }
   if (!s.sudden_changes_s.empty()) {
     // A strobe would fill the screen: the first few say enough, and the summary has them all.
     constexpr std::size_t kShown = 5;
     const auto shown = std::min(kShown, s.sudden_changes_s.size());
     const std::span first(s.sudden_changes_s.data(), shown);
-    warnings.push_back(fmt::format("the whole picture changed at {:.2f} s{}: the background was learned anew",
-                                   fmt::join(first, ", "),
-                                   shown < s.sudden_changes_s.size()
-                                       ? fmt::format(" and {} times more", s.sudden_changes_s.size() - shown) : ""));
+    warnings.push_back(fmt::format(
+        "the whole picture changed at {:.2f} s{}: the background was learned anew", fmt::join(first, ", "),
+        shown < s.sudden_changes_s.size() ? fmt::format(" and {} times more", s.sudden_changes_s.size() - shown) : ""));
   }
   const auto beyond = std::find_if(settings.plot.thumbnails_at_s.begin(), settings.plot.thumbnails_at_s.end(),
                                    [&](double t) { return t > s.last_time_s; });
   if (beyond != settings.plot.thumbnails_at_s.end()) {
-    warnings.push_back(fmt::format("plot.thumbnails_at_s: {} s lies behind the last frame, at {:.3f} s", *beyond,
-                                   s.last_time_s));
+    warnings.push_back(
+        fmt::format("plot.thumbnails_at_s: {} s lies behind the last frame, at {:.3f} s", *beyond, s.last_time_s));
   }
   // One cause, one warning: the later ones would only repeat the first that applies.
   if (s.frames == 1) {
@@ -52,10 +51,13 @@ std::vector<std::string> warnings_of(const Summary& s, const config::Options& se
     warnings.emplace_back("no body was ever seen: Z and Z* are all NaN (see mask.threshold and mask.min_body_percent)");
   } else {
     if (s.background.uncertain()) {
-      warnings.push_back(fmt::format(
-          "the background is uncertain: {:.0f} % of the body stands before wall that was never seen, {:.0f} % of its pixels "
-          "were decided by inference; give a plate with --background, or leave the room empty for a second; if something "
-          "else moves, see mask.roi and mask.ignore", 100.0 * s.background.unseen, 100.0 * s.inferred));
+      warnings.push_back(
+          fmt::format("the background is uncertain: {:.0f} % of the body stands before wall that was never seen, "
+                      "{:.0f} % of its pixels "
+                      "were decided by inference; give a plate with --background, or leave the room empty for a "
+                      "second; if something "
+                      "else moves, see mask.roi and mask.ignore",
+                      100.0 * s.background.unseen, 100.0 * s.inferred));
     }
     if (gathered.cut_bodies > 0) {
       warnings.push_back(fmt::format("the body is cut by the picture's border in {} of {} frames", gathered.cut_bodies,
@@ -78,7 +80,8 @@ outputs::PlotOptions plot_options(const Summary& s, const config::PlotSettings& 
   options.title = std::filesystem::path(s.source.name.substr(0, s.source.name.find('?'))).filename().string();
   if (options.title.empty() || s.source.name.find("://") != std::string::npos) options.title = s.source.name;
   if (s.background.uncertain()) {
-    options.subtitle = fmt::format("uncertain background: {:.0f} % of the body before wall never seen", 100.0 * s.background.unseen);
+    options.subtitle =
+        fmt::format("uncertain background: {:.0f} % of the body before wall never seen", 100.0 * s.background.unseen);
   }
   return options;
 }
@@ -111,8 +114,9 @@ std::uintmax_t space_for(std::size_t frames, cv::Size masks) {
   return 2 * n * n * sizeof(float) + n * std::uintmax_t(masks.area());
 }
 
-void write_results(Summary& summary, const config::Config& config, const similarity::Comparer& states, Gathered gathered,
-                   outputs::NpyPictures* masks, outputs::OutputSet& files, Session& session, const Clock& clock) {
+void write_results(Summary& summary, const config::Config& config, const similarity::Comparer& states,
+                   Gathered gathered, outputs::NpyPictures* masks, outputs::OutputSet& files, Session& session,
+                   const Clock& clock) {
   auto& console = session.console;
   const auto& settings = config.options();
   auto& rows = gathered.rows;

@@ -31,7 +31,8 @@ struct Gathered {
 void announce_files(Summary& summary, const outputs::OutputSet& files, const config::Options& settings, bool masks);
 
 /// How many rows the matrices of a source will have, by what it declares: at most `most`; 0 where it declares nothing.
-[[nodiscard]] std::size_t expected_frames(const Summary& summary, const pipeline::FrameSelection& selection, std::size_t most);
+[[nodiscard]] std::size_t expected_frames(const Summary& summary, const pipeline::FrameSelection& selection,
+                                          std::size_t most);
 
 /// Bytes that the files of so many frames need at least.
 /// @param masks  size of the masks that are saved; empty: none are.
@@ -41,8 +42,9 @@ void announce_files(Summary& summary, const outputs::OutputSet& files, const con
 /// @param states  as many as rows.
 /// @param masks  the masks written beside, closed here; may be null.
 /// @throws Interrupted at the second Ctrl-C, Error (failure); nothing is committed then.
-void write_results(Summary& summary, const config::Config& config, const similarity::Comparer& states, Gathered gathered,
-                   outputs::NpyPictures* masks, outputs::OutputSet& files, Session& session, const Clock& clock);
+void write_results(Summary& summary, const config::Config& config, const similarity::Comparer& states,
+                   Gathered gathered, outputs::NpyPictures* masks, outputs::OutputSet& files, Session& session,
+                   const Clock& clock);
 
 /// Says on standard output what was written, on standard error what took how long and what is to be known.
 void tell_results(const Summary& summary, const outputs::OutputSet& files, Console& console);

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 #include <toml++/toml.h>
+#include <nlohmann/json.hpp>
 
 #include "config/schema.hpp"
 
@@ -113,8 +113,8 @@ std::string to_json(const Summary& s, const config::Config& config) {
 
 std::vector<std::string> timing_table(const Summary& s) {
   std::vector<std::string> lines;
-  lines.push_back(fmt::format("{:<10} {:>8} {:>8} {:>10} {:>10} {:>8} {:>8}", "stage", "frames", "dropped", "busy", "waiting",
-                              "queue", "longest"));
+  lines.push_back(fmt::format("{:<10} {:>8} {:>8} {:>10} {:>10} {:>8} {:>8}", "stage", "frames", "dropped", "busy",
+                              "waiting", "queue", "longest"));
   for (const auto& stage : s.run.stages) {
     lines.push_back(fmt::format("{:<10} {:>8} {:>8} {:>8.2f} s {:>8.2f} s {:>8.1f} {:>8}", stage.name, stage.frames,
                                 stage.dropped, to_seconds(stage.busy), to_seconds(stage.waiting), stage.mean_queue,
@@ -132,7 +132,8 @@ std::string latency_heading() {
 
 std::string latency_line(const std::string& name, const pipeline::Latency& l) {
   const auto ms = [](Nanoseconds t) { return 1e3 * to_seconds(t); };
-  return fmt::format("{:<10} {:>9.2f} {:>9.2f} {:>9.2f} {:>9.2f} ms", name, ms(l.p50), ms(l.p99), ms(l.p999), ms(l.max));
+  return fmt::format("{:<10} {:>9.2f} {:>9.2f} {:>9.2f} {:>9.2f} ms", name, ms(l.p50), ms(l.p99), ms(l.p999),
+                     ms(l.max));
 }
 
 std::vector<std::string> live_table(const Summary& s) {
@@ -144,11 +145,13 @@ std::vector<std::string> live_table(const Summary& s) {
   const auto& live = *s.live;
   const bool full = live.row_full.count > 0;
   const auto& row = full ? live.row_full : live.row_filling;
-  lines.push_back(fmt::format("{} frames in {:.1f} s ({:.1f} a second), {} dropped", s.run.frames, to_seconds(s.run.wall),
-                              double(s.run.frames) / std::max(1e-9, to_seconds(s.run.wall)), dropped(s.run)));
-  lines.push_back(fmt::format("history {} of {} rows of {} bytes, {:.1f} MB; a row with the ring {} costs {:.3f} ms, p99 {:.3f} ms ({})",
-                              live.rows, live.capacity_rows, live.bytes_per_row, 1e-6 * double(live.history_bytes),
-                              full ? "full" : "not yet full", 1e3 * to_seconds(row.p50), 1e3 * to_seconds(row.p99), s.instruction_set));
+  lines.push_back(fmt::format("{} frames in {:.1f} s ({:.1f} a second), {} dropped", s.run.frames,
+                              to_seconds(s.run.wall), double(s.run.frames) / std::max(1e-9, to_seconds(s.run.wall)),
+                              dropped(s.run)));
+  lines.push_back(fmt::format(
+      "history {} of {} rows of {} bytes, {:.1f} MB; a row with the ring {} costs {:.3f} ms, p99 {:.3f} ms ({})",
+      live.rows, live.capacity_rows, live.bytes_per_row, 1e-6 * double(live.history_bytes),
+      full ? "full" : "not yet full", 1e3 * to_seconds(row.p50), 1e3 * to_seconds(row.p99), s.instruction_set));
   return lines;
 }
 

@@ -19,9 +19,9 @@ struct LiveSummary {
   std::size_t capacity_rows = 0;
   std::size_t bytes_per_row = 0;
   std::size_t history_bytes = 0;
-  std::size_t rows = 0;             ///< In the history at the end.
-  pipeline::Latency row_full;       ///< What a row of Z and Z* took with the ring full,
-  pipeline::Latency row_filling;    ///< and before.
+  std::size_t rows = 0;           ///< In the history at the end.
+  pipeline::Latency row_full;     ///< What a row of Z and Z* took with the ring full,
+  pipeline::Latency row_filling;  ///< and before.
 };
 
 struct Summary {

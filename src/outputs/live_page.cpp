@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "outputs/plot_ticks.hpp"
+#include "similarity/plot_raster.hpp"
 
 namespace choreo::outputs {
 namespace {
@@ -31,15 +32,7 @@ void draw_key(Canvas& canvas, const LiveLayout& layout) {
   const double em = layout.em;
   const double side = kKeySide * em;
   const Box box{layout.figures.x + layout.figures.width - side, layout.figures.y, side, side};
-  constexpr int kShades = 256;
-  cv::Mat plate(kShades, kShades, CV_8UC3);
-  for (int row = 0; row < kShades; ++row) {
-    for (int col = 0; col < kShades; ++col) {
-      const auto cyan = static_cast<std::uint8_t>(kShades - 1 - row);
-      plate.at<cv::Vec3b>(row, col) = {cyan, cyan, static_cast<std::uint8_t>(col)};
-    }
-  }
-  canvas.image(plate, box, Scaling::kSmooth);
+  canvas.image(similarity::colour_key(), box, Scaling::kSmooth);
   canvas.text({box.x + side / 2, box.y + side + 1.15 * em}, "Z",
               {.size = em, .color = kText, .anchor = Anchor::kMiddle, .bold = true});
   canvas.text({box.x - 0.4 * em, box.y + side / 2 + 0.36 * em}, "Z*",

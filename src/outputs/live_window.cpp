@@ -49,7 +49,8 @@ class Picture {
   void put(SDL_Renderer* renderer, const cv::Mat& bgr) {
     if (!texture_ || size_ != bgr.size()) {
       size_ = bgr.size();
-      texture_.reset(SDL_CreateTexture(renderer, SDL_PIXELFORMAT_BGR24, SDL_TEXTUREACCESS_STREAMING, size_.width, size_.height));
+      texture_.reset(
+          SDL_CreateTexture(renderer, SDL_PIXELFORMAT_BGR24, SDL_TEXTUREACCESS_STREAMING, size_.width, size_.height));
       if (!texture_) fail("a picture cannot be shown");
       SDL_SetTextureScaleMode(texture_.get(), SDL_ScaleModeLinear);
     }
@@ -81,7 +82,8 @@ class LiveWindow::Impl {
  public:
   explicit Impl(LiveWindowOptions options) : options_(std::move(options)) {
     for (const double span : kSpans) {
-      if (span < options_.history_s) triangles_.emplace_back(span, kTriangleWidth, live_gap_colour(), live_blank_colour());
+      if (span < options_.history_s)
+        triangles_.emplace_back(span, kTriangleWidth, live_gap_colour(), live_blank_colour());
     }
     triangles_.emplace_back(options_.history_s, kTriangleWidth, live_gap_colour(), live_blank_colour());
     while (shown_ + 1 < triangles_.size() && triangles_[shown_].span_s() < kFirstSpan) ++shown_;
@@ -142,7 +144,8 @@ class LiveWindow::Impl {
     up_ = true;
     const Uint32 flags = SDL_WINDOW_RESIZABLE | SDL_WINDOW_ALLOW_HIGHDPI |
                          (options_.full_screen ? Uint32{SDL_WINDOW_FULLSCREEN_DESKTOP} : 0U);
-    window_.reset(SDL_CreateWindow(options_.title.c_str(), SDL_WINDOWPOS_CENTERED, SDL_WINDOWPOS_CENTERED, 1280, 720, flags));
+    window_.reset(
+        SDL_CreateWindow(options_.title.c_str(), SDL_WINDOWPOS_CENTERED, SDL_WINDOWPOS_CENTERED, 1280, 720, flags));
     if (!window_) fail("no window can be opened");
     SDL_SetWindowMinimumSize(window_.get(), 320, 240);
     renderer_.reset(SDL_CreateRenderer(window_.get(), -1, SDL_RENDERER_PRESENTVSYNC));
@@ -238,7 +241,8 @@ class LiveWindow::Impl {
     SDL_RenderClear(renderer_.get());
     SDL_RenderCopy(renderer_.get(), page_.get(), nullptr, nullptr);
     if (figures_.get() != nullptr) {
-      const SDL_FRect at{float(layout_.figures.x), float(layout_.figures.y), float(figures_.size().width), float(figures_.size().height)};
+      const SDL_FRect at{float(layout_.figures.x), float(layout_.figures.y), float(figures_.size().width),
+                         float(figures_.size().height)};
       SDL_RenderCopyF(renderer_.get(), figures_.get(), nullptr, &at);
     }
     if (!picture_now_.empty()) {

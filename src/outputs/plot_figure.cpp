@@ -266,15 +266,7 @@ void Figure::draw_key(Canvas& canvas) const {
 void Figure::draw_square_key(Canvas& canvas, double right, double top) const {
   const double side = std::round(kKeySide * em_);
   const double x = std::round(right - side), y = std::round(top);
-  constexpr int kShades = 256;
-  cv::Mat plate(kShades, kShades, CV_8UC3);
-  for (int row = 0; row < kShades; ++row) {
-    for (int col = 0; col < kShades; ++col) {
-      const auto cyan = static_cast<std::uint8_t>(kShades - 1 - row);
-      plate.at<cv::Vec3b>(row, col) = {cyan, cyan, static_cast<std::uint8_t>(col)};
-    }
-  }
-  canvas.image(plate, {x, y, side, side}, Scaling::kSmooth);
+  canvas.image(similarity::colour_key(), {x, y, side, side}, Scaling::kSmooth);
   const Point frame[] = {{x, y}, {x + side, y}, {x + side, y + side}, {x, y + side}};
   canvas.stroke(frame, true, hair_, inks_.quiet);
 

@@ -272,6 +272,18 @@ cv::Mat paint(const PlotRaster& raster, PlotChannels channels, ValueRange range,
   return picture;
 }
 
+cv::Mat colour_key() {
+  constexpr int kShades = 256;
+  cv::Mat plate(kShades, kShades, CV_8UC3);
+  for (int row = 0; row < kShades; ++row) {
+    for (int col = 0; col < kShades; ++col) {
+      const auto cyan = static_cast<std::uint8_t>(kShades - 1 - row);
+      plate.at<cv::Vec3b>(row, col) = {cyan, cyan, static_cast<std::uint8_t>(col)};
+    }
+  }
+  return plate;
+}
+
 bool has_gaps(const PlotRaster& raster, PlotChannels channels) {
   const auto& red = channels == PlotChannels::kZstar ? raster.zstar : raster.z;
   const auto& cyan = channels == PlotChannels::kZ ? raster.z : raster.zstar;

@@ -119,6 +119,9 @@ class RasterReducer {
 /// @param channels  those that the raster has; otherwise all is gap.
 [[nodiscard]] cv::Mat paint(const PlotRaster& raster, PlotChannels channels, ValueRange range, cv::Vec3b gap);
 
+/// Every colour that a plot of both has: Z to the right, Z* upwards, each from 0 to 1. 8-bit BGR, 256 x 256.
+[[nodiscard]] cv::Mat colour_key();
+
 /// Whether any pixel inside the form has no value in one of the channels.
 [[nodiscard]] bool has_gaps(const PlotRaster& raster, PlotChannels channels);
 

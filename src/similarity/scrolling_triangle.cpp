@@ -15,8 +15,7 @@ constexpr double kPause = 0.5;  // Seconds; shorter ones are drawn over.
 }  // namespace
 
 ScrollingTriangle::ScrollingTriangle(double span_s, int width_px, cv::Vec3b gap, cv::Vec3b blank)
-    : span_s_(span_s), width_(width_px), height_(width_px / 2), pitch_s_(span_s / width_px), gap_(gap),
-      blank_(blank) {
+    : span_s_(span_s), width_(width_px), height_(width_px / 2), pitch_s_(span_s / width_px), gap_(gap), blank_(blank) {
   assert(span_s > 0 && width_px > 0 && width_px % 2 == 0);
   cells_.resize(std::size_t(width_) * std::size_t(height_));
   ring_ = cv::Mat(height_, width_, CV_8UC3, cv::Scalar(blank));
@@ -27,7 +26,8 @@ void ScrollingTriangle::add_row(double time_s, std::span<const float> z, std::sp
   assert(times_s_.empty() || time_s > times_s_.back());
   // A frame was on since the one before it, unless nothing came for a while: a device that was gone shows nothing.
   const double step_s = times_s_.empty() ? pitch_s_ : time_s - times_s_.back();
-  const double before_s = time_s - (times_s_.size() > 1 ? std::min(step_s, std::max(kPause, 4 * last_step_s_)) : step_s);
+  const double before_s =
+      time_s - (times_s_.size() > 1 ? std::min(step_s, std::max(kPause, 4 * last_step_s_)) : step_s);
   last_step_s_ = step_s;
   times_s_.push_back(time_s);
   // One frame from before the span stays: pixels at its edge may lie between two frames.
@@ -38,7 +38,8 @@ void ScrollingTriangle::add_row(double time_s, std::span<const float> z, std::sp
   while (times_s_.size() > count) times_s_.pop_front();
   z = z.last(count);
   zstar = zstar.last(count);
-  // A bit wider still has its pair in nearly every pixel, and a rate that is just that of the pixels never changes sides.
+  // A bit wider still has its pair in nearly every pixel, and a rate that is just that of the pixels never changes
+  // sides.
   constexpr double kNarrow = 1.25;
   if (time_s - before_s <= kNarrow * pitch_s_) {
     put_provisional(before_s, z, zstar);
@@ -92,17 +93,19 @@ void ScrollingTriangle::put_means(std::span<const float> z, std::span<const floa
 
 // Where times are uneven some pixels get no pair of their own; until they do, they show the one at their centre.
 void ScrollingTriangle::put_provisional(double before_s, std::span<const float> z, std::span<const float> zstar) {
-  for_each_point(1, before_s, [&](std::int64_t column, int lag, std::size_t j) { add(column, lag, z[j], zstar[j], true); });
+  for_each_point(1, before_s,
+                 [&](std::int64_t column, int lag, std::size_t j) { add(column, lag, z[j], zstar[j], true); });
 }
 
 // Frames wider than pixels: four points a pixel, since one alone would pass over every second lag where a frame is
 // about as wide as a pixel.
 void ScrollingTriangle::put_samples(double before_s, std::span<const float> z, std::span<const float> zstar) {
-  for_each_point(2, before_s, [&](std::int64_t column, int lag, std::size_t j) { add(column, lag, z[j], zstar[j], false); });
+  for_each_point(2, before_s,
+                 [&](std::int64_t column, int lag, std::size_t j) { add(column, lag, z[j], zstar[j], false); });
 }
 
-// Visits the points, `fine` x `fine` evenly spread over each pixel, whose later time lies within the newest frame, which
-// was on since `before_s`; `j` is the frame that was on at the earlier time.
+// Visits the points, `fine` x `fine` evenly spread over each pixel, whose later time lies within the newest frame,
+// which was on since `before_s`; `j` is the frame that was on at the earlier time.
 template <typename Visit>
 void ScrollingTriangle::for_each_point(int fine, double before_s, Visit visit) const {
   const double now = times_s_.back();

@@ -132,17 +132,6 @@ void take_unoutlined(cv::Mat& plate, const cv::Mat& other, double threshold) {
   }
 }
 
-cv::Mat hull_of(const cv::Mat& mask) {
-  std::vector<cv::Point> points;
-  cv::findNonZero(mask, points);
-  cv::Mat hull = cv::Mat::zeros(mask.size(), CV_8UC1);
-  if (points.empty()) return hull;
-  std::vector<cv::Point> outline;
-  cv::convexHull(points, outline);
-  cv::fillConvexPoly(hull, outline, 255);
-  return hull;
-}
-
 }  // namespace
 
 cv::Mat median_plate(std::span<const cv::Mat> pictures) {

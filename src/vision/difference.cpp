@@ -147,4 +147,15 @@ cv::Mat without_small_holes(const cv::Mat& mask, int max_area) {
   return out;
 }
 
+cv::Mat hull_of(const cv::Mat& mask) {
+  std::vector<cv::Point> points;
+  cv::findNonZero(mask, points);
+  cv::Mat hull = cv::Mat::zeros(mask.size(), CV_8UC1);
+  if (points.empty()) return hull;
+  std::vector<cv::Point> outline;
+  cv::convexHull(points, outline);
+  cv::fillConvexPoly(hull, outline, 255);
+  return hull;
+}
+
 }  // namespace choreo::vision

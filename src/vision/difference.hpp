@@ -46,4 +46,8 @@ namespace choreo::vision {
 /// picture's border.
 [[nodiscard]] cv::Mat without_small_holes(const cv::Mat& mask, int max_area);
 
+/// The convex hull of all of a mask; all 0 where the mask is.
+/// @param mask  CV_8UC1, body where not 0.  @return CV_8UC1, 0 or 255.
+[[nodiscard]] cv::Mat hull_of(const cv::Mat& mask);
+
 }  // namespace choreo::vision

@@ -23,15 +23,16 @@ namespace {
 
 constexpr int kModes = ColourModes::kMost;
 constexpr int kTurns = 7;
-constexpr float kMostOdds = 3.0F;      // Of one pixel's colour: no single one decides against all around it.
-constexpr float kSmooth = 6.0F;        // What it costs to part two alike neighbours, in the units of log odds.
-constexpr float kSmoothLeast = 0.3F;   // And two that are not alike.
-constexpr float kMostOutside = 8.0F;   // Against what the moving body is never around.
-constexpr float kSecondWall = 4.0F;    // Against a second colour being the wall too.
-constexpr float kUnit = 1000.0F;       // Of the cut's whole numbers.
+constexpr float kMostOdds = 3.0F;     // Of one pixel's colour: no single one decides against all around it.
+constexpr float kSmooth = 6.0F;       // What it costs to part two alike neighbours, in the units of log odds.
+constexpr float kSmoothLeast = 0.3F;  // And two that are not alike.
+constexpr float kMostOutside = 8.0F;  // Against what the moving body is never around.
+constexpr float kSecondWall = 4.0F;   // Against a second colour being the wall too.
+constexpr float kUnit = 1000.0F;      // Of the cut's whole numbers.
 
 float colour_distance(const cv::Vec3b& a, const cv::Vec3b& b) {
-  return static_cast<float>(0.114 * std::abs(a[0] - b[0]) + 0.587 * std::abs(a[1] - b[1]) + 0.299 * std::abs(a[2] - b[2]));
+  return static_cast<float>(0.114 * std::abs(a[0] - b[0]) + 0.587 * std::abs(a[1] - b[1]) +
+                            0.299 * std::abs(a[2] - b[2]));
 }
 
 // `mask` without its connected parts that are less than 1 / `share` of the largest.
@@ -57,17 +58,6 @@ cv::Mat moving_part(const ColourModes& modes) {
   return without_small_parts(moving, 5);
 }
 
-cv::Mat hull_of(const cv::Mat& mask) {
-  std::vector<cv::Point> points;
-  cv::findNonZero(mask, points);
-  cv::Mat hull = cv::Mat::zeros(mask.size(), CV_8UC1);
-  if (points.empty()) return hull;
-  std::vector<cv::Point> outline;
-  cv::convexHull(points, outline);
-  cv::fillConvexPoly(hull, outline, 255);
-  return hull;
-}
-
 // `mask` grown by a disc of that radius and shrunk again, and a little more.
 cv::Mat closed(const cv::Mat& mask, double radius) {
   cv::Mat distance;
@@ -87,7 +77,8 @@ void fill_smoothly(cv::Mat& picture, const cv::Mat& where) {
   cv::merge(std::vector<cv::Mat>{weights, weights, weights}, three);
   colours = colours.mul(three);
   cv::Mat left = where.clone();
-  for (int width = 5; cv::countNonZero(left) > 0 && width < 4 * std::max(picture.cols, picture.rows); width = 2 * width + 1) {
+  for (int width = 5; cv::countNonZero(left) > 0 && width < 4 * std::max(picture.cols, picture.rows);
+       width = 2 * width + 1) {
     const int w = std::min({width, 2 * ((picture.cols - 1) / 2) + 1 + 2 * picture.cols, 4097});
     cv::Mat sums, total;
     cv::boxFilter(colours, sums, -1, {w, w}, {-1, -1}, false, cv::BORDER_CONSTANT);
@@ -113,7 +104,8 @@ struct Link {
 
 class WallInference::Impl {
  public:
-  Impl(std::vector<cv::Mat> pictures, double noise) : noise_(static_cast<float>(noise)), pictures_(std::move(pictures)) {
+  Impl(std::vector<cv::Mat> pictures, double noise)
+      : noise_(static_cast<float>(noise)), pictures_(std::move(pictures)) {
     assert(!pictures_.empty());
   }
 
@@ -141,11 +133,11 @@ class WallInference::Impl {
   std::vector<cv::Mat> pictures_;
   ColourModes modes_;
   cv::Mat moving_, hull_, zone_, prior_, reach_;
-  std::vector<int> node_;             // Of pixel and mode, or -1: outside the zone, where the commonest is the wall.
+  std::vector<int> node_;  // Of pixel and mode, or -1: outside the zone, where the commonest is the wall.
   std::vector<std::array<int, 2>> what_;  // Pixel and mode of each node.
   std::vector<Link> links_;
-  std::vector<std::uint8_t> body_;    // The answer of each node.
-  std::vector<float> enclosed_;       // Of each node: in what share of its pictures the moving body is around it, 0 to 1.
+  std::vector<std::uint8_t> body_;  // The answer of each node.
+  std::vector<float> enclosed_;     // Of each node: in what share of its pictures the moving body is around it, 0 to 1.
   ColourOdds odds_;
   std::vector<cv::Mat> parts_;  // Of the body, before wall that is known, in each picture.
   cv::Mat rest_;                // The largest part of which all colours are the body's.
@@ -155,7 +147,8 @@ class WallInference::Impl {
 void WallInference::Impl::choose_nodes() {
   const auto box = cv::boundingRect(moving_);
   const int margin = 2 + modes_.size.height / 5;
-  const auto zone = cv::Rect(box.x - margin, 0, box.width + 2 * margin, modes_.size.height) & cv::Rect({0, 0}, modes_.size);
+  const auto zone =
+      cv::Rect(box.x - margin, 0, box.width + 2 * margin, modes_.size.height) & cv::Rect({0, 0}, modes_.size);
   zone_ = cv::Mat::zeros(modes_.size, CV_8UC1);
   zone_(zone) = 255;
   node_.assign(modes_.modes.size(), -1);
@@ -210,8 +203,8 @@ void WallInference::Impl::link_neighbours() {
   }
 }
 
-// What is certain at first: wall is what never moves beside the body's reach. Of the colours of a pixel that are not of one
-// surface in different light the one that is most like that wall is the wall, and the others are the body's.
+// What is certain at first: wall is what never moves beside the body's reach. Of the colours of a pixel that are not of
+// one surface in different light the one that is most like that wall is the wall, and the others are the body's.
 void WallInference::Impl::first_odds() {
   const float in_zone = 10 * cv::countNonZero(zone_) > 9 * modes_.size.area() ? 0.3F : 0.0F;
   ColourOdds of_wall;
@@ -227,7 +220,8 @@ void WallInference::Impl::first_odds() {
     if (moving_.data[p] == 0) continue;
     const auto* modes = modes_.at(p);
     const auto score = [&](int m) {
-      return 2.5F * std::log(static_cast<float>(modes[m].count)) - std::clamp(of_wall.log_odds(modes[m].colour), -4.0F, 2.0F);
+      return 2.5F * std::log(static_cast<float>(modes[m].count)) -
+             std::clamp(of_wall.log_odds(modes[m].colour), -4.0F, 2.0F);
     };
     int wall = 0;
     for (int m = 1; m < kModes; ++m) {
@@ -251,8 +245,8 @@ int WallInference::Impl::wall_mode(int pixel) const {
     const int n = node_[std::size_t(pixel * kModes + m)];
     if (n < 0 || body_[std::size_t(n)] != 0) continue;
     const auto& mode = modes_.at(pixel)[m];
-    const float score = std::log(static_cast<float>(mode.count)) -
-                        std::clamp(odds_.log_odds(mode.colour), -kMostOdds, kMostOdds);
+    const float score =
+        std::log(static_cast<float>(mode.count)) - std::clamp(odds_.log_odds(mode.colour), -kMostOdds, kMostOdds);
     if (best < 0 || score > best_score) {
       best = m;
       best_score = score;
@@ -276,7 +270,8 @@ void WallInference::Impl::cut(int turn) {
     }
     const int cost = static_cast<int>(std::lround(kUnit * share * odds));
     const int x = p % modes_.size.width;
-    const bool beside = zone_.data[p] != 0 && ((x > 0 && zone_.data[p - 1] == 0) || (x + 1 < modes_.size.width && zone_.data[p + 1] == 0));
+    const bool beside = zone_.data[p] != 0 &&
+                        ((x > 0 && zone_.data[p - 1] == 0) || (x + 1 < modes_.size.width && zone_.data[p + 1] == 0));
     graph.add_cost(static_cast<int>(n), std::max(0, cost), std::max(0, -cost));
     if (beside) graph.add_cost(static_cast<int>(n), 0, static_cast<int>(10 * kUnit));
   }
@@ -336,8 +331,9 @@ void WallInference::Impl::find_parts() {
   rest_ = without_specks(annealed(still, 1), 1, true);
 }
 
-// A body is around its trunk: what shows while the moving parts are elsewhere is the wall, or a thing in the room. Where
-// little moves, such as the arms of somebody who signals, the one part that does not move is taken for the rest of it.
+// A body is around its trunk: what shows while the moving parts are elsewhere is the wall, or a thing in the room.
+// Where little moves, such as the arms of somebody who signals, the one part that does not move is taken for the rest
+// of it.
 void WallInference::Impl::look_around() {
   const int pixels = modes_.size.area();
   std::vector<int> inside(what_.size(), 0);

@@ -22,7 +22,8 @@ class Live : public RefusalTest {
 
   [[nodiscard]] std::string out() const { return folder_ / "live"; }
 
-  Outcome live(const std::string& source, std::vector<std::string> more, int status = 0, const RunOptions& options = {}) {
+  Outcome live(const std::string& source, std::vector<std::string> more, int status = 0,
+               const RunOptions& options = {}) {
     std::vector<std::string> arguments{"live", source, "--headless"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     auto run = choreoscope(arguments, options);
@@ -44,7 +45,8 @@ TEST_F(Live, EqualsTheBatchToTheLastBit) {
 }
 
 TEST_F(Live, EqualsTheBatchWithAnySettingsAndThreads) {
-  const std::vector<std::string> settings{"--set", "working.rows=80", "--background", "auto", "--every", "2", "--span", "1:5"};
+  const std::vector<std::string> settings{"--set", "working.rows=80", "--background", "auto", "--every",
+                                          "2",     "--span",          "1:5"};
   auto more = settings;
   more.insert(more.end(), {"--pace", "max", "--threads", "1", "--out", out()});
   live(kClip, more);
@@ -133,8 +135,9 @@ TEST_F(Live, ASignalAsksForTheLatencies) {
 }
 
 TEST_F(Live, WithoutADisplayItSaysSoAndGoesOn) {
-  const auto run = run_program("/bin/sh", {"-c", R"(unset DISPLAY WAYLAND_DISPLAY SDL_VIDEODRIVER; exec "$0" live "$1" --pace max)",
-                                           CHOREO_PROGRAM, kClip});
+  const auto run =
+      run_program("/bin/sh", {"-c", R"(unset DISPLAY WAYLAND_DISPLAY SDL_VIDEODRIVER; exec "$0" live "$1" --pace max)",
+                              CHOREO_PROGRAM, kClip});
   EXPECT_EQ(run.status, 0) << run.told();
   EXPECT_THAT(run.err_lines("choreoscope: warning: there is no display"), SizeIs(1));
 }

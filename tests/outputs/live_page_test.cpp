@@ -18,7 +18,8 @@ TEST(LiveLayout, VideoTriangleAndFiguresStandApartInsideTheWindow) {
                             cv::Size(1024, 1366), cv::Size(3840, 1080)}) {
     for (const auto video : {cv::Size(640, 480), cv::Size(1920, 1080), cv::Size(1080, 1920), cv::Size(1, 1)}) {
       const auto l = live_layout(window.width, window.height, video);
-      const auto what = testing::Message() << window.width << "x" << window.height << ", video " << video.width << "x" << video.height;
+      const auto what = testing::Message()
+                        << window.width << "x" << window.height << ", video " << video.width << "x" << video.height;
       EXPECT_NEAR(l.triangle.width, 2 * l.triangle.height, 1e-9) << what;
       EXPECT_GE(l.triangle.x, 0) << what;
       EXPECT_LE(l.triangle.x + l.triangle.width, window.width) << what;

@@ -28,8 +28,8 @@ class LiveWindowTest : public ::testing::Test {
 
   static void show(LiveWindow& window, int i) {
     const std::vector<float> row(std::size_t(i % 100 + 1), i % 5 == 0 ? std::numeric_limits<float>::quiet_NaN() : 0.5F);
-    window.show(test::noise({64, 48}, CV_8UC3, std::uint64_t(i)), test::noise({32, 24}, CV_8UC1, std::uint64_t(i)), 0.01 * i, row,
-                row);
+    window.show(test::noise({64, 48}, CV_8UC3, std::uint64_t(i)), test::noise({32, 24}, CV_8UC1, std::uint64_t(i)),
+                0.01 * i, row, row);
   }
 };
 

@@ -125,7 +125,8 @@ TEST(RunLatency, IsKeptFromStageToStageAndFromEndToEnd) {
   source.before_read = [&](std::size_t) { clock.advance(100ms); };
   std::vector<std::unique_ptr<Stage>> stages;
   stages.push_back(std::make_unique<FunctionStage>("mask", [&](Observation&) { clock.advance(3ms); }));
-  stages.push_back(std::make_unique<FunctionStage>("compare", [&](Observation& o) { clock.advance(o.index == 7 ? 50ms : 2ms); }));
+  stages.push_back(
+      std::make_unique<FunctionStage>("compare", [&](Observation& o) { clock.advance(o.index == 7 ? 50ms : 2ms); }));
   const auto report = run(source, {}, stages, {1}, clock, {});
   EXPECT_EQ(report.stages[0].latency.count, 0u) << "the reader waits for the device, not the device for the reader";
   EXPECT_EQ(report.stages[1].latency.count, 10u);

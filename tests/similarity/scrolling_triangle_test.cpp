@@ -67,9 +67,7 @@ TEST(ScrollingTriangle, TheIdentityAxisIsTheBase) {
 TEST(ScrollingTriangle, ARepetitionIsALineAtItsLag) {
   // The state comes back after 2 s, mirrored after 3 s; a pixel is 0.1 s wide and 0.2 s high, a frame 0.1 s.
   ScrollingTriangle triangle(12, 120, kGap, kBlank);
-  run(triangle, 300, 0.1, [](int i, int j) {
-    return std::pair(i - j == 20 ? 1.0F : 0.0F, i - j == 30 ? 1.0F : 0.0F);
-  });
+  run(triangle, 300, 0.1, [](int i, int j) { return std::pair(i - j == 20 ? 1.0F : 0.0F, i - j == 30 ? 1.0F : 0.0F); });
   const auto picture = triangle.picture();
   // Pixel row r is for lags from 0.2 r to 0.2 (r + 1).
   for (int x = 24; x < 80; ++x) {
@@ -149,7 +147,8 @@ TEST(ScrollingTriangle, WithoutABodyThereIsAGap) {
 
 TEST(ScrollingTriangle, AHistoryShorterThanThePictureLeavesTheRestBlank) {
   ScrollingTriangle triangle(10, 40, kGap, kBlank);
-  run(triangle, 80, 0.25, [](int, int) { return std::pair(1.0F, 0.0F); }, 8);
+  run(
+      triangle, 80, 0.25, [](int, int) { return std::pair(1.0F, 0.0F); }, 8);
   const auto picture = triangle.picture();
   EXPECT_EQ(pixel(picture, 20, 0), kRed);
   EXPECT_EQ(pixel(picture, 20, 2), kRed) << "a lag of 1 s";
