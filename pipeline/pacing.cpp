@@ -19,6 +19,8 @@ Pace parse_pace(std::string_view text) {
 devices::FramePtr PacedSource::read(std::stop_token stop) {
   auto frame = recording_->read(stop);
   if (!frame) return nullptr;
+  if (!origin_) origin_ = frame->device_time;
+  if (selection_.before(frame->sequence + 1, frame->device_time - *origin_)) return frame;
   if (!offset_) offset_ = clock_.now() - frame->device_time;
   if (!wait_(frame->device_time + *offset_, stop)) return nullptr;
   return frame;

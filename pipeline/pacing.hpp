@@ -10,6 +10,7 @@
 
 #include "core/time.hpp"
 #include "devices/source.hpp"
+#include "pipeline/frame_selection.hpp"
 
 namespace choreo::pipeline {
 
@@ -28,12 +29,14 @@ using WaitUntil = std::function<bool(Nanoseconds moment, const std::stop_token& 
 
 /// Gives every frame of a recording at its time: as long after the first as its time stamp says.
 ///
-/// A frame whose time has passed is given at once: lost time is made up for.
+/// A frame whose time has passed is given at once: lost time is made up for. Frames before the selection are not waited
+/// for.
 /// @thread as Source
 class PacedSource final : public devices::Source {
  public:
-  PacedSource(std::unique_ptr<devices::Source> recording, const Clock& clock, WaitUntil wait)
-      : recording_(std::move(recording)), clock_(clock), wait_(std::move(wait)) {}
+  PacedSource(std::unique_ptr<devices::Source> recording, const Clock& clock, WaitUntil wait,
+              const FrameSelection& selection = {})
+      : recording_(std::move(recording)), clock_(clock), wait_(std::move(wait)), selection_(selection) {}
 
   [[nodiscard]] const devices::SourceInfo& info() const override { return recording_->info(); }
   [[nodiscard]] devices::FramePtr read(std::stop_token stop) override;
@@ -43,6 +46,8 @@ class PacedSource final : public devices::Source {
   std::unique_ptr<devices::Source> recording_;
   const Clock& clock_;
   WaitUntil wait_;
+  FrameSelection selection_;
+  std::optional<Nanoseconds> origin_;  // The recording's first time.
   std::optional<Nanoseconds> offset_;  // The clock minus the recording's time.
 };
 

@@ -162,6 +162,7 @@ void run_threaded(Reader& reader, const Stages& stages, const std::vector<Group>
           }
           if (!observation) break;
           for (at = groups[g].begin; at < groups[g].end; ++at) conductor.process(at, **observation);
+          at = groups[g].begin;
           if (next == nullptr) continue;
           const Lap lap(clock, stats.waiting);
           if (!next->push(std::move(*observation))) break;

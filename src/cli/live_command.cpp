@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -93,6 +94,20 @@ class FigureLines {
   std::optional<Nanoseconds> last_;
 };
 
+// SIGUSR1 asks for a report as long as this lives.
+class ReportOnSignal {
+ public:
+  ReportOnSignal(Interrupt& interrupt, std::function<void()> report) : interrupt_(interrupt) {
+    interrupt_.on_report(std::move(report));
+  }
+  ~ReportOnSignal() { interrupt_.on_report({}); }
+  ReportOnSignal(const ReportOnSignal&) = delete;
+  ReportOnSignal& operator=(const ReportOnSignal&) = delete;
+
+ private:
+  Interrupt& interrupt_;
+};
+
 std::size_t ring_capacity(Nanoseconds length, double nominal_fps) {
   constexpr double kUndeclared = 30;
   return std::size_t(
@@ -149,7 +164,8 @@ int live(const LiveOptions& options, Session& session) {
   }
   const auto capacity = ring_capacity(length, summary.source.nominal_fps / double(summary.every));
   if (files) {
-    const auto frames = std::min(capacity, expected_frames(summary, prepared.selection, capacity));
+    const auto expected = expected_frames(summary, prepared.selection, capacity);
+    const auto frames = expected > 0 ? expected : capacity;
     files->require_space(space_for(frames, {}), fmt::format("the matrices of {} frames", frames));
   }
   auto masker = prepared.learn();
@@ -163,7 +179,6 @@ int live(const LiveOptions& options, Session& session) {
     console.say(latency_line("row, full", row_cost.full()));
     console.say(fmt::format("{} frames, {} dropped", monitor.latency().count, monitor.dropped()));
   };
-  session.interrupt.on_report(report);
 
   // Ctrl-C and the window's closing both end the reading.
   std::stop_source ended;
@@ -172,6 +187,7 @@ int live(const LiveOptions& options, Session& session) {
     ended.request_stop();
   });
   const auto window = open_window(options, summary, length, session, ended, report);
+  const ReportOnSignal on_signal(session.interrupt, report);
   FigureLines figures(monitor);
   const auto show = [&](const pipeline::Observation& o) {
     if (!window) return;
@@ -193,7 +209,8 @@ int live(const LiveOptions& options, Session& session) {
 
   // A device has a pace of its own.
   if (pace != pipeline::Pace::kMax && prepared.source->info().repeatable) {
-    prepared.source = std::make_unique<pipeline::PacedSource>(std::move(prepared.source), clock, pipeline::sleep_until);
+    prepared.source = std::make_unique<pipeline::PacedSource>(std::move(prepared.source), clock, pipeline::sleep_until,
+                                                             prepared.selection);
   }
   pipeline::RunnerOptions run;
   run.threads = summary.threads;
@@ -201,7 +218,6 @@ int live(const LiveOptions& options, Session& session) {
   run.at_reader = pace == pipeline::Pace::kLive ? pipeline::Overflow::kDropOldest : pipeline::Overflow::kBlock;
   run.monitor = &monitor;
   summary.run = pipeline::run(*prepared.source, prepared.selection, stages, run, clock, ended.get_token());
-  session.interrupt.on_report({});
   summary.run.interrupted = prepared.stop.stop_requested();
   summary.live = LiveSummary{options.pace,           to_seconds(length), history.capacity(), history.bytes_per_row(),
                              history.memory_bytes(), history.size(),     row_cost.full(),    row_cost.filling()};
@@ -209,8 +225,11 @@ int live(const LiveOptions& options, Session& session) {
   if (summary.run.frames > 0) {
     for (const auto& line : live_table(summary)) console.say(line);
   }
-  // What was seen until a failure is worth as much as what was seen until Ctrl-C.
-  if (files && history.size() > 0) {
+  // What was seen until a failure is worth as much as what was seen until Ctrl-C; unless it was the last stage that
+  // failed, which then lacks rows that the history has.
+  const auto& ran = summary.run.stages;
+  const bool whole = ran[ran.size() - 2].frames == ran.back().frames && history.size() == record.rows().size();
+  if (files && whole && history.size() > 0) {
     std::vector<std::unique_ptr<const body::MaskState>> states;
     for (std::size_t age = 0; age < history.size(); ++age) states.push_back(history.state(age));
     const similarity::MaskComparer comparer(states, prepared.kernel);
@@ -218,7 +237,7 @@ int live(const LiveOptions& options, Session& session) {
     summary.sudden_changes_s = record.sudden_changes_s();
     summary.inferred = record.inferred();
     write_results(summary, config, comparer,
-                  {record.rows(), record.thumbnails().chosen(), record.bodies(), record.cut_bodies(),
+                  {record.rows(), record.thumbnails().chosen(record.rows().front().time_s), record.bodies(), record.cut_bodies(),
                    prepared.source->warnings()},
                   nullptr, *files, session, clock);
     tell_results(summary, *files, console);

@@ -39,20 +39,26 @@ ThumbnailKeeper::Kept ThumbnailKeeper::cut_out(const cv::Mat& picture, const cv:
   return {time_s, state.box(), cut};
 }
 
-std::vector<outputs::Thumbnail> ThumbnailKeeper::chosen() const {
+std::vector<outputs::Thumbnail> ThumbnailKeeper::chosen(double from_s) const {
+  std::vector<const Kept*> there;
+  for (const auto* all : {&at_times_, &evenly_.kept()}) {
+    for (const auto& kept : *all) {
+      if (kept.time_s >= from_s) there.push_back(&kept);
+    }
+  }
   std::vector<const Kept*> picks;
   if (!times_s_.empty()) {
-    for (const auto& kept : at_times_) picks.push_back(&kept);
-  } else if (const auto& kept = evenly_.kept(); !kept.empty()) {
-    const double first = kept.front().time_s;
-    const double length = kept.back().time_s - first;
+    picks = there;
+  } else if (!there.empty()) {
+    const double first = there.front()->time_s;
+    const double length = there.back()->time_s - first;
     for (std::size_t i = 0; i < count_; ++i) {
       // In the middle of its share of the time axis.
       const double place = first + length * (double(i) + 0.5) / double(count_);
-      const auto nearest = std::min_element(kept.begin(), kept.end(), [&](const Kept& a, const Kept& b) {
-        return std::abs(a.time_s - place) < std::abs(b.time_s - place);
+      const auto* nearest = *std::min_element(there.begin(), there.end(), [&](const Kept* a, const Kept* b) {
+        return std::abs(a->time_s - place) < std::abs(b->time_s - place);
       });
-      if (picks.empty() || picks.back() != &*nearest) picks.push_back(&*nearest);
+      if (picks.empty() || picks.back() != nearest) picks.push_back(nearest);
     }
   }
   cv::Rect canvas;

@@ -25,7 +25,8 @@ class ThumbnailKeeper {
   void add(const cv::Mat& picture, const cv::Mat& mask, const body::MaskState& state, double time_s);
 
   /// The chosen ones, transparent outside the body, all of one size.
-  [[nodiscard]] std::vector<outputs::Thumbnail> chosen() const;
+  /// @param from_s  none from before that time.
+  [[nodiscard]] std::vector<outputs::Thumbnail> chosen(double from_s = 0) const;
 
  private:
   struct Kept {

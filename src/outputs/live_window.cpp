@@ -87,6 +87,7 @@ class LiveWindow::Impl {
     }
     triangles_.emplace_back(options_.history_s, kTriangleWidth, live_gap_colour(), live_blank_colour());
     while (shown_ + 1 < triangles_.size() && triangles_[shown_].span_s() < kFirstSpan) ++shown_;
+    span_s_ = triangles_[shown_].span_s();
     // SDL wants its window opened and fed by one thread.
     thread_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
     std::unique_lock lock(mutex_);
@@ -230,7 +231,7 @@ class LiveWindow::Impl {
     if (page_size_ != cv::Size(width, height)) {
       page_size_ = {width, height};
       layout_ = live_layout(width, height, video);
-      page_.put(renderer_.get(), draw_live_page(layout_, width, height, span_s_ > 0 ? span_s_ : kFirstSpan));
+      page_.put(renderer_.get(), draw_live_page(layout_, width, height, span_s_));
       new_frame_ = true;
     }
     if (lines) figures_.put(renderer_.get(), draw_live_figures(layout_, *lines));

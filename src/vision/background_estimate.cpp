@@ -211,14 +211,15 @@ BackgroundEstimate with_inferred_wall(BackgroundEstimate estimate, std::span<con
   for (const auto k : drawn) alike.push_back(ToneCurve(pictures[k], estimate.plate).apply(pictures[k]));
   const auto wall = infer_wall(alike, estimate.noise);
   if (!estimate.uncertain()) {
-    if (share(wall.unseen) < kBodyShare) return estimate;
-    // A room that was seen empty for a while, and somebody who then stands still before it most of the time: the piece of
-    // wall that was seen goes on behind the body, and what would replace it has a body's outline.
-    cv::Mat better = estimate.plate.clone();
-    take_unoutlined(better, wall.plate, threshold_of(estimate.noise));
-    if (share(foreground(better, estimate.plate, threshold_of(estimate.noise))) < kBodyShare) return estimate;
+    if (share(wall.unseen) < kBodyShare || !improves(estimate, wall)) return estimate;
   }
   return with_wall(std::move(estimate), wall);
+}
+
+bool improves(const BackgroundEstimate& estimate, const InferredWall& wall) {
+  cv::Mat better = estimate.plate.clone();
+  take_unoutlined(better, wall.plate, threshold_of(estimate.noise));
+  return share(foreground(better, estimate.plate, threshold_of(estimate.noise))) >= kBodyShare;
 }
 
 BackgroundEstimate with_wall(BackgroundEstimate estimate, const InferredWall& wall) {

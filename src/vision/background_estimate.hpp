@@ -58,6 +58,11 @@ struct BackgroundEstimate {
 /// they give no reason to doubt it.
 [[nodiscard]] BackgroundEstimate with_inferred_wall(BackgroundEstimate estimate, std::span<const cv::Mat> pictures);
 
+/// Whether an inferred wall is a better one over at least a body's area: a room that was seen empty, and somebody who then
+/// stands still before it most of the time, look like a wall never seen; but the wall that was seen goes on behind the
+/// body, and what would replace it has a body's outline.
+[[nodiscard]] bool improves(const BackgroundEstimate& estimate, const InferredWall& wall);
+
 /// `estimate` with a wall that was inferred from pictures in the plate's light.
 [[nodiscard]] BackgroundEstimate with_wall(BackgroundEstimate estimate, const InferredWall& wall);
 

@@ -211,11 +211,13 @@ cv::Mat BodyMasker::before_unseen(const cv::Mat& picture, const cv::Mat& lit, co
 
 void BodyMasker::learn_wall(const cv::Mat& picture, double time_s) {
   const auto wall = learner_->add(picture, time_s, background_, last_mask_);
-  if (!wall) return;
+  // Where nothing moves nothing can be told: somebody who stands still before a wall that was seen stays a body.
+  if (!wall || cv::countNonZero(wall->reach) == 0) return;
   BackgroundEstimate so_far;
   so_far.plate = background_.clone();
   so_far.noise = noise_;
   so_far.inferred = inferred_;
+  if (!pieced_ && !improves(so_far, *wall)) return;
   const auto now = with_wall(std::move(so_far), *wall);
   background_ = now.plate;
   background_.convertTo(running_, CV_32F);

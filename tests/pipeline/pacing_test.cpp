@@ -69,6 +69,13 @@ TEST_F(Paced, LostTimeIsMadeUpForAndNoFrameIsLost) {
   EXPECT_THAT(given_at(frames_every(100ms, 3)), ElementsAre(0ms, 100ms, 200ms));
 }
 
+TEST_F(Paced, FramesBeforeTheSpanAreNotWaitedFor) {
+  PacedSource source(std::make_unique<ListedSource>(frames_every(100ms, 8)), clock_, wait(), parse_span("0.5:"));
+  std::vector<Nanoseconds> moments;
+  while (source.read({})) moments.push_back(clock_.now());
+  EXPECT_THAT(moments, ElementsAre(0ms, 0ms, 0ms, 0ms, 0ms, 0ms, 100ms, 200ms));
+}
+
 TEST_F(Paced, AStopEndsTheWait) {
   std::stop_source stop;
   const SteadyClock clock;

@@ -309,5 +309,25 @@ TEST(MaskOptions, EveryOptionBeyondItsBoundsIsRefusedByNameWithItsRange) {
   }
 }
 
+TEST(BodyMasker, SomebodyWhoStandsStillBeforeAWallThatWasSeenStaysABody) {
+  // As live: the wall is known from the beginning alone, and more of it may come to light.
+  BackgroundEstimate estimate;
+  estimate.plate = textured_wall({160, 120});
+  estimate.noise = 1;
+  estimate.provisional = true;
+  BodyMasker masker(estimate, {});
+  const auto body = figure_mask({160, 120}, {80, 60}, 90);
+  const auto there = with_body(estimate.plate, body, {40, 40, 160});
+  for (int i = 0; i < 450; ++i) {
+    const double time_s = 0.2 * i;
+    const auto& scene = time_s < 2 ? estimate.plate : there;
+    const auto result = masker.process(with_noise(scene, 1, std::uint64_t(i)), time_s);
+    ASSERT_EQ(result.body, time_s >= 2) << time_s << " s";
+    if (result.body) {
+      ASSERT_GT(iou(result.mask, body), 0.9) << time_s << " s";
+    }
+  }
+}
+
 }  // namespace
 }  // namespace choreo::vision
