@@ -161,6 +161,7 @@ class LiveWindow::Impl {
     renderer_.reset();
     window_.reset();
     if (up_) SDL_QuitSubSystem(SDL_INIT_VIDEO);
+    SDL_TLSCleanup();  // What SDL keeps for each thread that is not its own.
   }
 
   void handle_events() {
