@@ -15,8 +15,8 @@ struct PlotSettings {
   std::string page = "light";     ///< light, dark.
   bool svg = false;               ///< Beside each PNG also an SVG.
   int width_px = 1600;
-  std::string contrast = "full";    ///< full: 0 to 1; auto: stretched to what is there.
-  int thumbnails = 8;          ///< How many pictures of the body stand along the axis, evenly.
+  std::string contrast = "full";        ///< full: 0 to 1; auto: stretched to what is there.
+  int thumbnails = 8;                   ///< How many pictures of the body stand along the axis, evenly.
   std::vector<double> thumbnails_at_s;  ///< At these times instead, s.
 };
 

@@ -53,7 +53,10 @@ struct Range {
 // `at` gives the place of the value in the options.
 template <typename At>
 Field number(std::string key, At at, Range range, std::string range_text, std::string help) {
-  return {std::move(key), std::move(range_text), std::move(help), false,
+  return {std::move(key),
+          std::move(range_text),
+          std::move(help),
+          false,
           [=](Options& o, const toml::node& node) {
             const auto value = number_of(node);
             if (!value || !range.holds(*value)) return false;
@@ -65,7 +68,10 @@ Field number(std::string key, At at, Range range, std::string range_text, std::s
 
 template <typename At>
 Field number_or_auto(std::string key, At at, Range range, std::string range_text, std::string help) {
-  return {std::move(key), std::move(range_text), std::move(help), true,
+  return {std::move(key),
+          std::move(range_text),
+          std::move(help),
+          true,
           [=](Options& o, const toml::node& node) {
             if (const auto* word = node.as_string()) {
               if (word->get() != "auto") return false;
@@ -85,7 +91,10 @@ Field number_or_auto(std::string key, At at, Range range, std::string range_text
 
 template <typename At>
 Field integer(std::string key, At at, int least, int most, std::string range_text, std::string help) {
-  return {std::move(key), std::move(range_text), std::move(help), false,
+  return {std::move(key),
+          std::move(range_text),
+          std::move(help),
+          false,
           [=](Options& o, const toml::node& node) {
             const auto* value = node.as_integer();
             if (value == nullptr || value->get() < least || value->get() > most) return false;
@@ -97,7 +106,10 @@ Field integer(std::string key, At at, int least, int most, std::string range_tex
 
 template <typename At>
 Field flag(std::string key, At at, std::string help) {
-  return {std::move(key), "true or false", std::move(help), false,
+  return {std::move(key),
+          "true or false",
+          std::move(help),
+          false,
           [=](Options& o, const toml::node& node) {
             const auto* value = node.as_boolean();
             if (value == nullptr) return false;
@@ -110,7 +122,10 @@ Field flag(std::string key, At at, std::string help) {
 template <typename At>
 Field text(std::string key, At at, std::function<bool(const std::string&)> fits, std::string range_text,
            std::string help) {
-  return {std::move(key), std::move(range_text), std::move(help), true,
+  return {std::move(key),
+          std::move(range_text),
+          std::move(help),
+          true,
           [=, fits = std::move(fits)](Options& o, const toml::node& node) {
             const auto* value = node.as_string();
             if (value == nullptr || !is_utf8(value->get()) || !fits(value->get())) return false;
@@ -159,7 +174,10 @@ std::optional<vision::Zone> zone_of(const toml::node& node) {
 std::string print_zone(const vision::Zone& z) { return fmt::format("[{}, {}, {}, {}]", z.x0, z.y0, z.x1, z.y1); }
 
 Field zone(std::string key, vision::Zone& (*at)(Options&), std::string range_text, std::string help) {
-  return {std::move(key), std::move(range_text), std::move(help), false,
+  return {std::move(key),
+          std::move(range_text),
+          std::move(help),
+          false,
           [=](Options& o, const toml::node& node) {
             const auto value = zone_of(node);
             if (value) at(o) = *value;
@@ -170,7 +188,10 @@ Field zone(std::string key, vision::Zone& (*at)(Options&), std::string range_tex
 
 Field zones(std::string key, std::vector<vision::Zone>& (*at)(Options&), std::string range_text, std::string help) {
   constexpr std::size_t kMost = 64;
-  return {std::move(key), std::move(range_text), std::move(help), false,
+  return {std::move(key),
+          std::move(range_text),
+          std::move(help),
+          false,
           [=](Options& o, const toml::node& node) {
             const auto* array = node.as_array();
             if (array == nullptr || array->size() > kMost) return false;
@@ -192,7 +213,10 @@ Field zones(std::string key, std::vector<vision::Zone>& (*at)(Options&), std::st
 
 Field times(std::string key, std::vector<double>& (*at)(Options&), std::string range_text, std::string help) {
   constexpr std::size_t kMost = 64;
-  return {std::move(key), std::move(range_text), std::move(help), false,
+  return {std::move(key),
+          std::move(range_text),
+          std::move(help),
+          false,
           [=](Options& o, const toml::node& node) {
             auto all = numbers_of(node);
             if (!all || all->size() > kMost || std::any_of(all->begin(), all->end(), [](double t) { return t < 0; })) {
@@ -207,13 +231,14 @@ Field times(std::string key, std::vector<double>& (*at)(Options&), std::string r
 std::vector<Field> make_schema() {
   std::vector<Field> fields;
   fields.push_back(text(
-      "background.from", [](Options& o) -> std::string& { return o.background; },
-      fits_background,
+      "background.from", [](Options& o) -> std::string& { return o.background; }, fits_background,
       "\"auto\", \"first:T\" (T a duration such as 1s), or the path of a picture of the empty room",
-      "Where the picture of the empty room comes from: estimated over the whole clip, the median of its beginning, or a plate."));
+      "Where the picture of the empty room comes from: estimated over the whole clip, the median of its beginning, or "
+      "a plate."));
   fields.push_back(flag(
       "background.infer_unseen", [](Options& o) -> bool& { return o.mask.infer_unseen; },
-      "Piece the wall together behind a performer who never leaves, and decide by what is likely where it was never seen."));
+      "Piece the wall together behind a performer who never leaves, and decide by what is likely where it was never "
+      "seen."));
   fields.push_back(flag(
       "background.follow_exposure", [](Options& o) -> bool& { return o.mask.follow_exposure; },
       "Bring the background to each picture's exposure, white balance and tone, which cameras change by themselves."));
@@ -261,14 +286,16 @@ std::vector<Field> make_schema() {
       "[left, top, right, bottom] in fractions of the picture, 0 to 1", "Only what lies inside can be body."));
   fields.push_back(zones(
       "mask.ignore", [](Options& o) -> std::vector<vision::Zone>& { return o.mask.ignore; },
-      "a list of at most 64 zones like mask.roi", "What lies inside any of these is no body: a screen, a fan, a mirror."));
+      "a list of at most 64 zones like mask.roi",
+      "What lies inside any of these is no body: a screen, a fan, a mirror."));
 
   fields.push_back(integer(
-      "working.rows", [](Options& o) -> int& { return o.working_rows; }, 0, 8640, "from 0 (the picture's own) to 8640 rows",
+      "working.rows", [](Options& o) -> int& { return o.working_rows; }, 0, 8640,
+      "from 0 (the picture's own) to 8640 rows",
       "Masks and states are made of pictures scaled down to at most so many rows."));
   fields.push_back(number(
-      "motion.window_s", [](Options& o) -> double& { return o.motion_window_s; }, {0, 10, true}, "above 0 and at most 10 s",
-      "How far back the quantity of motion looks."));
+      "motion.window_s", [](Options& o) -> double& { return o.motion_window_s; }, {0, 10, true},
+      "above 0 and at most 10 s", "How far back the quantity of motion looks."));
 
   fields.push_back(integer(
       "matrix.most_rows", [](Options& o) -> int& { return o.matrix_rows; }, 2, 1'000'000, "from 2 to 1000000 rows",

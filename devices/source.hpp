@@ -13,11 +13,11 @@ namespace choreo::devices {
 
 /// What is known of a source before its frames are read.
 struct SourceInfo {
-  std::string name;                       ///< As the user wrote it.
-  cv::Size size;                          ///< Of every frame as delivered, in pixels.
-  double nominal_fps = 0;                 ///< Declared rate in Hz; 0 where none is declared. Times never rest on it.
-  std::optional<Nanoseconds> duration;    ///< Declared length; files lie about it.
-  bool repeatable = true;                 ///< Opening the same SOURCE again gives the same frames (a file, not a pipe).
+  std::string name;                     ///< As the user wrote it.
+  cv::Size size;                        ///< Of every frame as delivered, in pixels.
+  double nominal_fps = 0;               ///< Declared rate in Hz; 0 where none is declared. Times never rest on it.
+  std::optional<Nanoseconds> duration;  ///< Declared length; files lie about it.
+  bool repeatable = true;               ///< Opening the same SOURCE again gives the same frames (a file, not a pipe).
 };
 
 /// Gives frames in order, one caller at a time.

@@ -14,18 +14,19 @@ namespace choreo::devices {
 namespace {
 
 constexpr std::string_view kHowToWrite =
-    "write a path or URI with settings behind a question mark, such as clip.mkv?rotate=90 or synthetic://walking?seed=2";
+    "write a path or URI with settings behind a question mark, such as clip.mkv?rotate=90 or "
+    "synthetic://walking?seed=2";
 
 // What the server behind such an address does with its query is its own business.
-constexpr std::array<std::string_view, 8> kNetworkSchemes = {"http", "https", "rtsp", "rtmp", "srt", "udp", "tcp", "rtp"};
+constexpr std::array<std::string_view, 8> kNetworkSchemes = {"http", "https", "rtsp", "rtmp",
+                                                             "srt",  "udp",   "tcp",  "rtp"};
 constexpr std::array<std::string_view, 2> kOwnSettings = {"rotate", "flip"};
 
 bool is_scheme(std::string_view s) {
   // One letter is not a scheme, as "c:clip.mkv" is a file name.
   return s.size() > 1 && std::isalpha(static_cast<unsigned char>(s[0])) != 0 &&
-         std::all_of(s.begin(), s.end(), [](unsigned char c) {
-           return std::isalnum(c) != 0 || c == '+' || c == '-' || c == '.';
-         });
+         std::all_of(s.begin(), s.end(),
+                     [](unsigned char c) { return std::isalnum(c) != 0 || c == '+' || c == '-' || c == '.'; });
 }
 
 int hex_digit(char c) {

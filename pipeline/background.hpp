@@ -40,7 +40,8 @@ struct LearnedBackground {
 /// @param reopen  opens the same source again; used where the source is repeatable. From one that is not, `auto`
 ///   becomes the median of its first second, whose frames are kept and given again.
 /// @param progress  called with the share of the source read, 0 to 1, or less than 0 where the length is unknown.
-/// @param infer_unseen  whether the wall behind a performer who never leaves is inferred (`vision::with_inferred_wall`).
+/// @param infer_unseen  whether the wall behind a performer who never leaves is inferred
+/// (`vision::with_inferred_wall`).
 /// @return nothing where `stop` was requested.
 /// @throws Error (usage) where there is no frame, or the plate is of another size than the frames.
 [[nodiscard]] std::optional<LearnedBackground> learn_background(

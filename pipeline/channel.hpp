@@ -24,8 +24,8 @@ enum class Overflow {
 struct ChannelStats {
   std::uint64_t pushed = 0;
   std::uint64_t dropped = 0;
-  std::size_t longest = 0;     ///< Most items that ever waited.
-  double mean_length = 0;      ///< Mean number of items waiting as an item arrived, itself included.
+  std::size_t longest = 0;  ///< Most items that ever waited.
+  double mean_length = 0;   ///< Mean number of items waiting as an item arrived, itself included.
 };
 
 /// A bounded first-in first-out queue between threads.

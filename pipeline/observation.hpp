@@ -19,8 +19,8 @@ namespace choreo::pipeline {
 /// One frame and everything said of it so far. A stage fills its fields and never touches another's.
 struct Observation {
   // From the reader.
-  std::uint64_t index = 0;    ///< Counts the frames taken, from 0.
-  Nanoseconds time{0};        ///< Since the source's first frame.
+  std::uint64_t index = 0;  ///< Counts the frames taken, from 0.
+  Nanoseconds time{0};      ///< Since the source's first frame.
   devices::FramePtr frame;
   Nanoseconds arrived{0};  ///< On the host's clock: when the source gave the frame.
   Nanoseconds passed{0};   ///< Likewise: when the last stage so far was done.

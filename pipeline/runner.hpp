@@ -49,8 +49,8 @@ struct RunReport {
   std::uint64_t frames_read = 0;   ///< Of the source, up to the last one needed; chosen or not.
   Latency latency;                 ///< From the source's giving a frame to the end of the last stage.
   Nanoseconds wall{0};
-  bool interrupted = false;     ///< `stop` was requested.
-  std::exception_ptr problem;   ///< What ended the run early; null if nothing did.
+  bool interrupted = false;    ///< `stop` was requested.
+  std::exception_ptr problem;  ///< What ended the run early; null if nothing did.
 };
 
 /// Watches a run while it goes on.

@@ -22,7 +22,8 @@ inline bool sleep_until(Nanoseconds moment, const std::stop_token& stop) {
   std::mutex mutex;
   std::condition_variable_any never;
   std::unique_lock lock(mutex);
-  const std::chrono::steady_clock::time_point when{std::chrono::duration_cast<std::chrono::steady_clock::duration>(moment)};
+  const std::chrono::steady_clock::time_point when{
+      std::chrono::duration_cast<std::chrono::steady_clock::duration>(moment)};
   never.wait_until(lock, stop, when, [] { return false; });
   return !stop.stop_requested();
 }

@@ -43,7 +43,8 @@ void Console::progress(std::string_view step, double share) {
     if (percent == shown_) return;
     shown_ = percent;
     const int filled = percent * kWidth / 100;
-    const auto bar = share < 0 ? std::string(kWidth, '.') : std::string(filled, '#') + std::string(kWidth - filled, ' ');
+    const auto bar =
+        share < 0 ? std::string(kWidth, '.') : std::string(filled, '#') + std::string(kWidth - filled, ' ');
     fmt::print(stderr, "\r[{}] {:3d} %  {}\x1b[K", bar, percent, step_);
     std::fflush(stderr);
     bar_ = true;

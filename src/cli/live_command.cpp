@@ -210,7 +210,7 @@ int live(const LiveOptions& options, Session& session) {
   // A device has a pace of its own.
   if (pace != pipeline::Pace::kMax && prepared.source->info().repeatable) {
     prepared.source = std::make_unique<pipeline::PacedSource>(std::move(prepared.source), clock, pipeline::sleep_until,
-                                                             prepared.selection);
+                                                              prepared.selection);
   }
   pipeline::RunnerOptions run;
   run.threads = summary.threads;
@@ -237,8 +237,8 @@ int live(const LiveOptions& options, Session& session) {
     summary.sudden_changes_s = record.sudden_changes_s();
     summary.inferred = record.inferred();
     write_results(summary, config, comparer,
-                  {record.rows(), record.thumbnails().chosen(record.rows().front().time_s), record.bodies(), record.cut_bodies(),
-                   prepared.source->warnings()},
+                  {record.rows(), record.thumbnails().chosen(record.rows().front().time_s), record.bodies(),
+                   record.cut_bodies(), prepared.source->warnings()},
                   nullptr, *files, session, clock);
     tell_results(summary, *files, console);
   }

@@ -1,35 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/live_record.hpp"
 
+#include <algorithm>
+
 namespace choreo::cli {
 
 void LiveRecordStage::process(pipeline::Observation& observation) {
   // The history forgets by time and by number: as many rows as it still has are kept.
   rows_.push_back(row_of(observation));
   rows_.back().zstar_tt = observation.zstar_row.back();
-  cut_.push_back(observation.mask.cut);
+  cut_.push_back(rows_.back().body && observation.mask.cut);
   inferred_.add(observation.mask);
   if (rows_.back().body) {
-    ++bodies_;
-    if (cut_.back()) ++cut_bodies_;
     thumbnails_.add(observation.picture, observation.mask.mask, *observation.state, rows_.back().time_s);
   }
-  forget(rows_.size() - observation.z_row.size());
+  const auto old = static_cast<std::ptrdiff_t>(rows_.size() - observation.z_row.size());
+  rows_.erase(rows_.begin(), rows_.begin() + old);
+  cut_.erase(cut_.begin(), cut_.begin() + old);
   constexpr std::size_t kMostChanges = 1000;
   if (observation.mask.sudden) sudden_changes_s_.push_back(rows_.back().time_s);
   if (sudden_changes_s_.size() > kMostChanges) sudden_changes_s_.pop_front();
   if (show_) show_(observation);
 }
 
-void LiveRecordStage::forget(std::size_t count) {
-  for (; count > 0; --count) {
-    if (rows_.front().body) {
-      --bodies_;
-      if (cut_.front()) --cut_bodies_;
-    }
-    rows_.pop_front();
-    cut_.pop_front();
-  }
+std::size_t LiveRecordStage::bodies() const {
+  return std::size_t(std::count_if(rows_.begin(), rows_.end(), [](const auto& row) { return row.body; }));
 }
+
+std::size_t LiveRecordStage::cut_bodies() const { return std::size_t(std::count(cut_.begin(), cut_.end(), true)); }
 
 }  // namespace choreo::cli

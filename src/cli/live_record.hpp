@@ -4,7 +4,6 @@
 
 #include <deque>
 #include <functional>
-#include <mutex>
 #include <vector>
 
 #include "cli/recording.hpp"
@@ -26,24 +25,20 @@ class LiveRecordStage final : public pipeline::Stage {
 
   [[nodiscard]] std::vector<outputs::FrameRow> rows() const { return {rows_.begin(), rows_.end()}; }
   [[nodiscard]] const ThumbnailKeeper& thumbnails() const { return thumbnails_; }
-  [[nodiscard]] std::size_t bodies() const { return bodies_; }          ///< Of the rows, those with a body.
-  [[nodiscard]] std::size_t cut_bodies() const { return cut_bodies_; }  ///< Of these, cut by the picture's border.
-  [[nodiscard]] double inferred() const { return inferred_.share(); }   ///< Over the whole run.
+  [[nodiscard]] std::size_t bodies() const;                            ///< Of the rows, those with a body.
+  [[nodiscard]] std::size_t cut_bodies() const;                        ///< Of these, cut by the picture's border.
+  [[nodiscard]] double inferred() const { return inferred_.share(); }  ///< Over the whole run.
   [[nodiscard]] std::vector<double> sudden_changes_s() const {
     return {sudden_changes_s_.begin(), sudden_changes_s_.end()};
   }
 
  private:
-  void forget(std::size_t count);
-
   ThumbnailKeeper thumbnails_;
   std::function<void(const pipeline::Observation&)> show_;
   std::deque<outputs::FrameRow> rows_;
-  std::deque<bool> cut_;
+  std::deque<bool> cut_;                 // By row.
   std::deque<double> sudden_changes_s_;  // The latest.
   InferredShare inferred_;
-  std::size_t bodies_ = 0;
-  std::size_t cut_bodies_ = 0;
 };
 
 }  // namespace choreo::cli

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>
 
@@ -32,7 +32,8 @@ using Words = std::vector<std::string>;
 // The verbs that may follow a command, none where it has none.
 Words verbs_of(const CLI::App& command) {
   Words verbs;
-  for (const auto* verb : command.get_subcommands([](const CLI::App*) { return true; })) verbs.push_back(verb->get_name());
+  for (const auto* verb : command.get_subcommands([](const CLI::App*) { return true; }))
+    verbs.push_back(verb->get_name());
   return verbs;
 }
 
@@ -45,7 +46,8 @@ const CLI::App& check_verbs(const CLI::App& app, const Words& words) {
     const auto verbs = verbs_of(*command);
     if (verbs.empty()) return *command;
     if (i == words.size()) {
-      throw usage_error(fmt::format("{}: which command?", said), {}, fmt::format("known: {}; see {} --help", join(verbs), said));
+      throw usage_error(fmt::format("{}: which command?", said), {},
+                        fmt::format("known: {}; see {} --help", join(verbs), said));
     }
     if (words[i].starts_with("-")) return *command;  // --help and the like, or refused by CLI11.
     if (std::find(verbs.begin(), verbs.end(), words[i]) == verbs.end()) {
@@ -88,8 +90,9 @@ int run_program(int argc, char** argv) {
   Console console;
   Interrupt interrupt;
 
-  CLI::App app("choreoscope: an oscilloscope for movement. Watches a moving body and shows its similarity to itself, Z,\n"
-               "and to its mirror image, Z*, at every pair of times.");
+  CLI::App app(
+      "choreoscope: an oscilloscope for movement. Watches a moving body and shows its similarity to itself, Z,\n"
+      "and to its mirror image, Z*, at every pair of times.");
   app.name("choreoscope");
   app.set_version_flag("--version", std::string("choreoscope ") + CHOREO_VERSION);
   app.footer(kManual);

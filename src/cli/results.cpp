@@ -51,13 +51,11 @@ std::vector<std::string> warnings_of(const Summary& s, const config::Options& se
     warnings.emplace_back("no body was ever seen: Z and Z* are all NaN (see mask.threshold and mask.min_body_percent)");
   } else {
     if (s.background.uncertain()) {
-      warnings.push_back(
-          fmt::format("the background is uncertain: {:.0f} % of the body stands before wall that was never seen, "
-                      "{:.0f} % of its pixels "
-                      "were decided by inference; give a plate with --background, or leave the room empty for a "
-                      "second; if something "
-                      "else moves, see mask.roi and mask.ignore",
-                      100.0 * s.background.unseen, 100.0 * s.inferred));
+      warnings.push_back(fmt::format(
+          "the background is uncertain: {:.0f} % of the body stands before wall that was never seen, {:.0f} % of "
+          "its pixels were decided by inference; give a plate with --background, or leave the room empty for "
+          "a second; if something else moves, see mask.roi and mask.ignore",
+          100.0 * s.background.unseen, 100.0 * s.inferred));
     }
     if (gathered.cut_bodies > 0) {
       warnings.push_back(fmt::format("the body is cut by the picture's border in {} of {} frames", gathered.cut_bodies,

@@ -14,25 +14,28 @@ const CLI::Validator kNotEmpty([](const std::string& text) { return std::string(
 }  // namespace
 
 void SourceOptions::declare(CLI::App& command) {
-  command.add_option("SOURCE", source,
-                     "a video file or network address, a folder of numbered images (folder?fps=25), or\n"
-                     "synthetic://SCRIPT?size=640x480&fps=30&seed=1&noise=3; all take rotate=90 and flip=horizontal")
+  command
+      .add_option("SOURCE", source,
+                  "a video file or network address, a folder of numbered images (folder?fps=25), or\n"
+                  "synthetic://SCRIPT?size=640x480&fps=30&seed=1&noise=3; all take rotate=90 and flip=horizontal")
       ->required();
   command.add_option("--config", config_file, "settings from a TOML file, or a preset: " + join(preset_names()))
       ->type_name("FILE");
   command.add_option("--set", assignments, "one setting; may be repeated (choreoscope config show lists them)")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
-  command.add_option("--background", background,
-                     "auto: estimated over the whole clip (default); first:1s: median of the first second;\n"
-                     "or the path of a picture of the empty room, of the frames' size")
+  command
+      .add_option("--background", background,
+                  "auto: estimated over the whole clip (default); first:1s: median of the first second;\n"
+                  "or the path of a picture of the empty room, of the frames' size")
       ->type_name("WHAT");
   command.add_option("--every", every, "take the first of each N frames (1 to 1000000, default 1)")
       ->type_name("N")
       ->check(kNotEmpty);
-  command.add_option("--span", span,
-                     "only the frames from A to B: seconds, half open (1.5:3), or the source's\n"
-                     "frames counted from 1, both ends in (1f:468f)")
+  command
+      .add_option("--span", span,
+                  "only the frames from A to B: seconds, half open (1.5:3), or the source's\n"
+                  "frames counted from 1, both ends in (1f:468f)")
       ->type_name("A:B");
   command.add_option("--threads", threads, "threads to use (0 to 1024, default 0: one a core); never changes a result")
       ->type_name("N")

@@ -73,7 +73,8 @@ int synth(const SynthOptions& options, Session& session) {
   outputs::VideoOptions mask_options;
   mask_options.grey = true;
   mask_options.rate = clip_options.rate;
-  clip_options.container = clip_path.extension() == ".mp4" ? outputs::VideoContainer::kMp4 : outputs::VideoContainer::kMatroska;
+  clip_options.container =
+      clip_path.extension() == ".mp4" ? outputs::VideoContainer::kMp4 : outputs::VideoContainer::kMatroska;
   mask_options.container = outputs::VideoContainer::kMatroska;
   const auto masks_path = beside(clip_path, ".masks.mkv");
   const auto truth_path = beside(clip_path, ".truth.json");

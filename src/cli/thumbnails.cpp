@@ -27,8 +27,8 @@ void ThumbnailKeeper::add(const cv::Mat& picture, const cv::Mat& mask, const bod
   if (count_ > 0) evenly_.offer([&] { return cut_out(picture, mask, state, time_s); });
 }
 
-ThumbnailKeeper::Kept ThumbnailKeeper::cut_out(const cv::Mat& picture, const cv::Mat& mask, const body::MaskState& state,
-                                               double time_s) {
+ThumbnailKeeper::Kept ThumbnailKeeper::cut_out(const cv::Mat& picture, const cv::Mat& mask,
+                                               const body::MaskState& state, double time_s) {
   const auto box = state.box() + state.center();
   cv::Mat cut(box.size(), CV_8UC4);
   const cv::Mat colour = picture(box);

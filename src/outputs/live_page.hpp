@@ -16,10 +16,10 @@ namespace choreo::outputs {
 /// The triangle is as large as the window allows; the video fills the corner that it leaves free on the left, the key
 /// and the figures the one on the right.
 struct LiveLayout {
-  double em = 0;   ///< Height of the type.
-  Box triangle;    ///< Twice as wide as high; its base is the lower edge.
-  Box video;       ///< In the proportions of the video.
-  Box figures;     ///< Key and lines of text, to the right of the triangle's tip.
+  double em = 0;  ///< Height of the type.
+  Box triangle;   ///< Twice as wide as high; its base is the lower edge.
+  Box video;      ///< In the proportions of the video.
+  Box figures;    ///< Key and lines of text, to the right of the triangle's tip.
 };
 
 /// @param width, height  of the window, at least 1 pixel each.

@@ -18,8 +18,8 @@ namespace choreo::outputs {
 struct LiveWindowOptions {
   std::string title;
   bool full_screen = false;
-  cv::Size video;           ///< Size of the pictures that will be shown, for the window's first layout.
-  double history_s = 600;   ///< The widest span of time that is shown.
+  cv::Size video;                   ///< Size of the pictures that will be shown, for the window's first layout.
+  double history_s = 600;           ///< The widest span of time that is shown.
   std::function<void()> on_close;   ///< Called once, from the window's thread, where the user closes it.
   std::function<void()> on_report;  ///< Called from the window's thread where the user asks for the figures (key l).
 };

@@ -55,8 +55,8 @@ class OutputSet {
   std::vector<std::filesystem::path> superseded_;
 };
 
-/// The final name of a path that `OutputSet::add` gave; any other path as it is. For messages: nobody knows or finds the
-/// temporary one.
+/// The final name of a path that `OutputSet::add` gave; any other path as it is. For messages: nobody knows or finds
+/// the temporary one.
 [[nodiscard]] std::string final_name(const std::filesystem::path& path);
 
 /// Writes a whole file. @throws Error (failure) where the disk is full or the like; the file may then be incomplete.

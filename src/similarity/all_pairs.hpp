@@ -11,7 +11,8 @@
 namespace choreo::similarity {
 
 /// Takes the rows of a band, each against all states from the first to the band's last.
-/// @param z, zstar  rows.size() x rows.end; row i holds Z(rows.begin + i, 0 ... rows.end - 1). Only valid during the call.
+/// @param z, zstar  rows.size() x rows.end; row i holds Z(rows.begin + i, 0 ... rows.end - 1). Only valid during the
+/// call.
 using BandSink = std::function<void(Range rows, MatrixView<const float> z, MatrixView<const float> zstar)>;
 
 /// Gives Z and Z* of all pairs band by band, in order of time; each pair is compared once. What lies right of a band

@@ -9,8 +9,8 @@ namespace choreo::similarity {
 /// The latest states, in a ring whose memory is fixed when it is made.
 ///
 /// A representation derives from this and adds `append`, which takes its own kind of state (nullptr: a gap) and gives
-/// the row of Z and Z* of that state against the history, oldest first, the state itself last, NaN where either is a gap.
-/// Every value equals what the representation's `Comparer` gives for that pair, to the last bit.
+/// the row of Z and Z* of that state against the history, oldest first, the state itself last, NaN where either is a
+/// gap. Every value equals what the representation's `Comparer` gives for that pair, to the last bit.
 /// @thread reentrant; `append` and `drop_oldest` change the history.
 class History {
  public:

@@ -21,7 +21,7 @@ constexpr int kCell = 32;  // Pixels; a cell of a line is one 32-bit word.
 constexpr std::size_t kCellBytes = 4;
 constexpr std::size_t kRowsAhead = 6;
 constexpr std::size_t kShortRow = 4096;  // Bytes.
-constexpr int kShifts = 3;  // The mirror's sigma: -1, 0, 1.
+constexpr int kShifts = 3;               // The mirror's sigma: -1, 0, 1.
 
 constexpr int floor_div(int a, int b) { return a >= 0 ? a / b : -((b - 1 - a) / b); }
 

@@ -46,7 +46,6 @@ class MaskHistory final : public History {
   /// @cost O(bytes read), see `bytes_read`; no allocation.
   void append(const body::MaskState* state, std::span<float> z, std::span<float> zstar);
 
-
   /// The `age`-th oldest state, as it was but for where it stood in its picture; nullptr for a gap.
   [[nodiscard]] std::unique_ptr<const body::MaskState> state(std::size_t age) const;
 

@@ -14,9 +14,9 @@ namespace choreo::similarity {
 /// The last seconds of Z (red) and Z* (cyan) as a triangle: the identity axis is its base, now its right corner, the
 /// lag goes upwards.
 ///
-/// A pixel belongs to a mean time and a lag, and stays where it is as the picture scrolls: a row is drawn once, into the
-/// pixels of the pairs it makes. Where frames lie closer than pixels, a pixel is the mean of its pairs; where they lie
-/// wider, of the pairs whose frames were on at four points of it. Memory is fixed.
+/// A pixel belongs to a mean time and a lag, and stays where it is as the picture scrolls: a row is drawn once, into
+/// the pixels of the pairs it makes. Where frames lie closer than pixels, a pixel is the mean of its pairs; where they
+/// lie wider, of the pairs whose frames were on at four points of it. Memory is fixed.
 /// @thread thread-bound
 class ScrollingTriangle {
  public:
@@ -56,14 +56,14 @@ class ScrollingTriangle {
   double span_s_;
   int width_;
   int height_;
-  double pitch_s_;  // Mean time across a pixel; a pixel is twice that high in lag.
+  double pitch_s_;          // Mean time across a pixel; a pixel is twice that high in lag.
   double last_step_s_ = 0;  // Between the last two frames.
   cv::Vec3b gap_;
   cv::Vec3b blank_;
-  std::deque<double> times_s_;         // Of the frames within the span.
-  std::vector<Cell> cells_;            // By lag from 0, then column modulo the width.
-  cv::Mat ring_;                       // CV_8UC3, the same as colours; columns modulo the width, the base at the bottom.
-  std::int64_t newest_column_ = -1;    // Columns count from time 0.
+  std::deque<double> times_s_;       // Of the frames within the span.
+  std::vector<Cell> cells_;          // By lag from 0, then column modulo the width.
+  cv::Mat ring_;                     // CV_8UC3, the same as colours; columns modulo the width, the base at the bottom.
+  std::int64_t newest_column_ = -1;  // Columns count from time 0.
   bool any_ = false;
 };
 

@@ -9,9 +9,9 @@
 #include <numeric>
 #include <vector>
 
-#include <opencv2/imgproc.hpp>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <opencv2/imgproc.hpp>
 
 #include "vision/difference.hpp"
 #include "vision/lots.hpp"

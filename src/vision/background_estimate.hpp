@@ -51,16 +51,15 @@ struct BackgroundEstimate {
 /// @param pictures  evenly spread over the clip; at least one, CV_8UC3, of one size.
 /// @param quiet  means of stretches in which the picture stood still (`QuietStretches`), the longest first.
 /// @cost  O(pictures x pixels); uses all cores, and the result does not depend on how many.
-[[nodiscard]] BackgroundEstimate estimate_background(std::span<const cv::Mat> pictures,
-                                                     std::span<const cv::Mat> quiet);
+[[nodiscard]] BackgroundEstimate estimate_background(std::span<const cv::Mat> pictures, std::span<const cv::Mat> quiet);
 
 /// `estimate` with the wall behind a body that never left, as far as the pictures tell (`infer_wall`); unchanged where
 /// they give no reason to doubt it.
 [[nodiscard]] BackgroundEstimate with_inferred_wall(BackgroundEstimate estimate, std::span<const cv::Mat> pictures);
 
-/// Whether an inferred wall is a better one over at least a body's area: a room that was seen empty, and somebody who then
-/// stands still before it most of the time, look like a wall never seen; but the wall that was seen goes on behind the
-/// body, and what would replace it has a body's outline.
+/// Whether an inferred wall is a better one over at least a body's area: a room that was seen empty, and somebody who
+/// then stands still before it most of the time, look like a wall never seen; but the wall that was seen goes on behind
+/// the body, and what would replace it has a body's outline.
 [[nodiscard]] bool improves(const BackgroundEstimate& estimate, const InferredWall& wall);
 
 /// `estimate` with a wall that was inferred from pictures in the plate's light.

@@ -27,7 +27,8 @@ void check_zone(const Zone& zone, const char* option) {
   if (!zone.valid()) {
     throw usage_error(fmt::format("{} is [{}, {}, {}, {}]", option, zone.x0, zone.y0, zone.x1, zone.y1), {},
                       fmt::format("{} is [left, top, right, bottom] in fractions of the picture, 0 to 1, left before "
-                                  "right and top before bottom", option));
+                                  "right and top before bottom",
+                                  option));
   }
 }
 
@@ -53,24 +54,6 @@ cv::Rect pixels_of(const Zone& zone, cv::Size size) {
 // Of the picture: a smaller hole in a body before a pieced wall is a mistake, a larger one may be seen through.
 constexpr double kHoleShare = 0.001;
 
-}  // namespace
-
-void MaskOptions::validate() const {
-  if (threshold) check(*threshold > 0 && *threshold <= 255, "mask.threshold", *threshold, "above 0 and at most 255 grey levels, or \"auto\"");
-  check(noise_factor >= 1 && noise_factor <= 20, "mask.noise_factor", noise_factor, "from 1 to 20");
-  check(least_threshold >= 1 && least_threshold <= 255, "mask.least_threshold", least_threshold, "from 1 to 255 grey levels");
-  check(steps >= 0 && steps <= 32, "mask.steps", steps, "from 0 to 32");
-  check(speck_percent >= 0 && speck_percent <= 100, "mask.speck_percent", speck_percent, "from 0 to 100 % of the picture");
-  check(min_body_percent >= 0 && min_body_percent <= 100, "mask.min_body_percent", min_body_percent, "from 0 to 100 % of the picture");
-  check_zone(roi, "mask.roi");
-  for (const auto& zone : ignore) check_zone(zone, "mask.ignore");
-  check(follow_s >= 0 && follow_s <= 3600, "background.follow_s", follow_s, "from 0 (off) to 3600 s");
-  check(sudden_percent >= 1 && sudden_percent <= 100, "background.sudden_percent", sudden_percent, "from 1 to 100 % of the picture (100: off)");
-  check(relearn_s >= 0 && relearn_s <= 60, "background.relearn_s", relearn_s, "from 0 to 60 s");
-}
-
-namespace {
-
 BackgroundEstimate known(const cv::Mat& plate, double noise) {
   BackgroundEstimate estimate;
   estimate.plate = plate;
@@ -79,6 +62,26 @@ BackgroundEstimate known(const cv::Mat& plate, double noise) {
 }
 
 }  // namespace
+
+void MaskOptions::validate() const {
+  if (threshold)
+    check(*threshold > 0 && *threshold <= 255, "mask.threshold", *threshold,
+          "above 0 and at most 255 grey levels, or \"auto\"");
+  check(noise_factor >= 1 && noise_factor <= 20, "mask.noise_factor", noise_factor, "from 1 to 20");
+  check(least_threshold >= 1 && least_threshold <= 255, "mask.least_threshold", least_threshold,
+        "from 1 to 255 grey levels");
+  check(steps >= 0 && steps <= 32, "mask.steps", steps, "from 0 to 32");
+  check(speck_percent >= 0 && speck_percent <= 100, "mask.speck_percent", speck_percent,
+        "from 0 to 100 % of the picture");
+  check(min_body_percent >= 0 && min_body_percent <= 100, "mask.min_body_percent", min_body_percent,
+        "from 0 to 100 % of the picture");
+  check_zone(roi, "mask.roi");
+  for (const auto& zone : ignore) check_zone(zone, "mask.ignore");
+  check(follow_s >= 0 && follow_s <= 3600, "background.follow_s", follow_s, "from 0 (off) to 3600 s");
+  check(sudden_percent >= 1 && sudden_percent <= 100, "background.sudden_percent", sudden_percent,
+        "from 1 to 100 % of the picture (100: off)");
+  check(relearn_s >= 0 && relearn_s <= 60, "background.relearn_s", relearn_s, "from 0 to 60 s");
+}
 
 BodyMasker::BodyMasker(const cv::Mat& plate, double noise, MaskOptions options)
     : BodyMasker(known(plate, noise), std::move(options)) {}
@@ -243,7 +246,8 @@ bool BodyMasker::relearn(const cv::Mat& picture, double time_s) {
   background_.convertTo(running_, CV_32F);
   last_mask_ = cv::Mat();
   forget_inference();
-  last_lit_ = background_.clone();  // Should the scene have changed again meanwhile, the next picture is seen to be another.
+  last_lit_ =
+      background_.clone();  // Should the scene have changed again meanwhile, the next picture is seen to be another.
   learning_.clear();
   learning_since_s_.reset();
   return false;

@@ -35,24 +35,24 @@ struct MaskOptions {
   Zone roi;                         ///< What lies outside is no body.
   std::vector<Zone> ignore;         ///< What lies inside any of these is no body.
 
-  bool infer_unseen = true;     ///< Use what was inferred of a wall that was never seen, and infer more of it live.
-  bool follow_exposure = true;  ///< Bring the background to each picture's exposure, white balance and tone.
-  double follow_s = 20.0;       ///< Time constant of the running background outside the body, s, [0, 3600]; 0: off.
-  double sudden_percent = 60.0; ///< A change of more than this share of the picture is not a body, [1, 100]; 100: off.
-  double relearn_s = 1.0;       ///< How long the background is learned anew after a sudden change, s, [0, 60].
+  bool infer_unseen = true;      ///< Use what was inferred of a wall that was never seen, and infer more of it live.
+  bool follow_exposure = true;   ///< Bring the background to each picture's exposure, white balance and tone.
+  double follow_s = 20.0;        ///< Time constant of the running background outside the body, s, [0, 3600]; 0: off.
+  double sudden_percent = 60.0;  ///< A change of more than this share of the picture is not a body, [1, 100]; 100: off.
+  double relearn_s = 1.0;        ///< How long the background is learned anew after a sudden change, s, [0, 60].
 
   void validate() const;  ///< @throws Error (usage) naming the option, its value and its range.
 };
 
 /// What one picture gave.
 struct MaskResult {
-  cv::Mat mask;          ///< CV_8UC1, 0 or 255; all 0 where there is no body.
-  int area = 0;          ///< Pixels in `mask`.
-  int inferred = 0;      ///< Of them, those that an inferred wall decided.
-  bool body = false;     ///< Whether there is a body.
-  bool cut = false;      ///< The body touches the picture's border.
-  bool sudden = false;   ///< The whole picture changed at this frame; the background is learned anew.
-  bool learning = false; ///< No mask: the background is being learned anew.
+  cv::Mat mask;           ///< CV_8UC1, 0 or 255; all 0 where there is no body.
+  int area = 0;           ///< Pixels in `mask`.
+  int inferred = 0;       ///< Of them, those that an inferred wall decided.
+  bool body = false;      ///< Whether there is a body.
+  bool cut = false;       ///< The body touches the picture's border.
+  bool sudden = false;    ///< The whole picture changed at this frame; the background is learned anew.
+  bool learning = false;  ///< No mask: the background is being learned anew.
 };
 
 /// Makes body masks against a background that it follows through slow lighting.
@@ -83,18 +83,18 @@ class BodyMasker {
 
   MaskOptions options_;
   double threshold_;
-  cv::Mat running_;     // CV_32FC3, the background in the light of the plate.
-  cv::Mat background_;  // CV_8UC3, the same rounded.
-  cv::Mat last_lit_;    // CV_8UC3, in the light of the last picture.
-  cv::Mat last_mask_;   // CV_8UC1, the last body and what is near it; not to be learned from.
-  bool pieced_ = false; // The background is inferred, and may be wrong in small places.
-  cv::Mat inferred_;    // CV_8UC1, where it is.
-  cv::Mat reach_;       // CV_8UC1, where the body was while the wall was learned.
-  cv::Mat never_seen_;  // CV_8UC1, where the background is a guess; empty: nowhere.
-  cv::Mat ghost_;       // CV_8UC3, what the body looked like there.
+  cv::Mat running_;                     // CV_32FC3, the background in the light of the plate.
+  cv::Mat background_;                  // CV_8UC3, the same rounded.
+  cv::Mat last_lit_;                    // CV_8UC3, in the light of the last picture.
+  cv::Mat last_mask_;                   // CV_8UC1, the last body and what is near it; not to be learned from.
+  bool pieced_ = false;                 // The background is inferred, and may be wrong in small places.
+  cv::Mat inferred_;                    // CV_8UC1, where it is.
+  cv::Mat reach_;                       // CV_8UC1, where the body was while the wall was learned.
+  cv::Mat never_seen_;                  // CV_8UC1, where the background is a guess; empty: nowhere.
+  cv::Mat ghost_;                       // CV_8UC3, what the body looked like there.
   std::optional<WallLearner> learner_;  // While more of the wall may come to light.
   double noise_;
-  cv::Mat allowed_;     // CV_8UC1, where a body may be; empty: everywhere.
+  cv::Mat allowed_;  // CV_8UC1, where a body may be; empty: everywhere.
   std::optional<double> last_time_s_;
   std::optional<double> learning_since_s_;
   std::vector<cv::Mat> learning_;

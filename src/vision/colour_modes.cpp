@@ -27,7 +27,8 @@ int distance(const Cluster& c, const std::uint8_t* p) {
 // Insertion: there are five at most, and equals keep their order.
 void commonest_first(std::array<Cluster, ColourModes::kMost>& clusters, std::size_t used) {
   for (std::size_t i = 1; i < used; ++i) {
-    for (std::size_t k = i; k > 0 && clusters[k].count > clusters[k - 1].count; --k) std::swap(clusters[k], clusters[k - 1]);
+    for (std::size_t k = i; k > 0 && clusters[k].count > clusters[k - 1].count; --k)
+      std::swap(clusters[k], clusters[k - 1]);
   }
 }
 
@@ -54,9 +55,8 @@ ColourModes colour_modes(std::span<const cv::Mat> pictures, int radius) {
           if (home == nullptr) {
             // The rarest makes room.
             home = used < clusters.size() ? &clusters[used++]
-                                          : &*std::min_element(clusters.begin(), clusters.end(), [](auto& a, auto& b) {
-                                              return a.count < b.count;
-                                            });
+                                          : &*std::min_element(clusters.begin(), clusters.end(),
+                                                               [](auto& a, auto& b) { return a.count < b.count; });
             *home = Cluster{};
           }
           ++home->count;
@@ -82,7 +82,8 @@ ColourModes colour_modes(std::span<const cv::Mat> pictures, int radius) {
           if (least <= radius) ++clusters[nearest].count;
           out.of[k].at<std::uint8_t>(y, x) = least <= radius ? static_cast<std::uint8_t>(nearest) : ColourModes::kNone;
         }
-        auto* modes = out.modes.data() + (std::size_t(y) * std::size_t(out.size.width) + std::size_t(x)) * ColourModes::kMost;
+        auto* modes =
+            out.modes.data() + (std::size_t(y) * std::size_t(out.size.width) + std::size_t(x)) * ColourModes::kMost;
         for (std::size_t c = 0; c < used; ++c) {
           for (int channel = 0; channel < 3; ++channel) {
             modes[c].colour[channel] = static_cast<std::uint8_t>(clusters[c].mean[std::size_t(channel)]);

@@ -42,8 +42,8 @@ namespace choreo::vision {
 /// without all but the largest (the first in reading order among equals).
 [[nodiscard]] cv::Mat without_specks(const cv::Mat& mask, int min_area, bool only_largest);
 
-/// `mask` with its holes of at most `max_area` pixels filled: parts of the outside (4-neighbourhood) that do not touch the
-/// picture's border.
+/// `mask` with its holes of at most `max_area` pixels filled: parts of the outside (4-neighbourhood) that do not touch
+/// the picture's border.
 [[nodiscard]] cv::Mat without_small_holes(const cv::Mat& mask, int max_area);
 
 /// The convex hull of all of a mask; all 0 where the mask is.

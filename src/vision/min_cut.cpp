@@ -8,8 +8,13 @@
 namespace choreo::vision {
 
 MinCut::MinCut(int nodes)
-    : nodes_(nodes), excess_(std::size_t(nodes), 0), parent_(std::size_t(nodes), kNone), tree_(std::size_t(nodes), kFree),
-      waiting_(std::size_t(nodes), 0), distance_(std::size_t(nodes), 0), stamp_(std::size_t(nodes), 0) {}
+    : nodes_(nodes),
+      excess_(std::size_t(nodes), 0),
+      parent_(std::size_t(nodes), kNone),
+      tree_(std::size_t(nodes), kFree),
+      waiting_(std::size_t(nodes), 0),
+      distance_(std::size_t(nodes), 0),
+      stamp_(std::size_t(nodes), 0) {}
 
 void MinCut::add_cost(int node, int if_sink, int if_source) {
   assert(if_sink >= 0 && if_source >= 0);

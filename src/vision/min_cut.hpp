@@ -33,8 +33,8 @@ class MinCut {
   enum Tree : std::uint8_t { kFree, kSourceTree, kSinkTree };
   struct Arc {
     int to;
-    int twin;       // The arc back.
-    int capacity;   // What is left.
+    int twin;      // The arc back.
+    int capacity;  // What is left.
   };
   struct Join {
     int a, b, weight;
@@ -54,7 +54,7 @@ class MinCut {
   std::vector<int> excess_;     // Above 0: capacity from the source; below: to the sink.
   std::vector<int> first_arc_;  // Of each node, and one behind the last.
   std::vector<Arc> arcs_;
-  std::vector<int> parent_;     // Arc from the node to its parent, kTerminal or kNone.
+  std::vector<int> parent_;  // Arc from the node to its parent, kTerminal or kNone.
   std::vector<Tree> tree_;
   std::vector<std::uint8_t> waiting_;
   std::vector<int> active_;

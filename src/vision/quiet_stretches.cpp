@@ -12,11 +12,11 @@
 namespace choreo::vision {
 namespace {
 
-constexpr int kSmallRows = 90;          // Enough to see a hand move, and noise is averaged away.
-constexpr double kChange = 8.0;         // Grey levels at that size.
-constexpr double kQuietShare = 0.002;   // Of the picture.
+constexpr int kSmallRows = 90;         // Enough to see a hand move, and noise is averaged away.
+constexpr double kChange = 8.0;        // Grey levels at that size.
+constexpr double kQuietShare = 0.002;  // Of the picture.
 constexpr double kLeastStretch_s = 0.4;
-constexpr int kMostSummed = 64;         // A mean gains little from more.
+constexpr int kMostSummed = 64;  // A mean gains little from more.
 constexpr std::size_t kMostKept = 12;
 
 cv::Mat small(const cv::Mat& picture) {
@@ -64,7 +64,8 @@ void QuietStretches::end_stretch() {
   if (count_ > 1 && length_s >= kLeastStretch_s) {
     Stretch stretch{length_s, {}};
     sum_.convertTo(stretch.mean, CV_8U, 1.0 / count_);
-    const auto place = std::find_if(found_.begin(), found_.end(), [&](const Stretch& s) { return s.length_s < length_s; });
+    const auto place =
+        std::find_if(found_.begin(), found_.end(), [&](const Stretch& s) { return s.length_s < length_s; });
     found_.insert(place, std::move(stretch));
     if (found_.size() > kMostKept) found_.pop_back();
   }

@@ -12,13 +12,13 @@
 namespace choreo::vision {
 namespace {
 
-constexpr float kDarkest = 0.3F;   // Of the ratio: less light is left only by a hard shadow.
+constexpr float kDarkest = 0.3F;  // Of the ratio: less light is left only by a hard shadow.
 constexpr float kBrightest = 1.4F;
-constexpr float kStep = 0.20F;     // How much the ratio may change across a window of kWindow pixels.
+constexpr float kStep = 0.20F;  // How much the ratio may change across a window of kWindow pixels.
 constexpr int kWindow = 5;
-constexpr int kBlur = 5;           // The texture of a floor and the sensor's noise must not look like steps.
-constexpr float kColour = 0.10F;   // How much a channel's ratio may be off.
-constexpr float kLevels = 4.0F;    // And in grey levels: rounding and compression.
+constexpr int kBlur = 5;          // The texture of a floor and the sensor's noise must not look like steps.
+constexpr float kColour = 0.10F;  // How much a channel's ratio may be off.
+constexpr float kLevels = 4.0F;   // And in grey levels: rounding and compression.
 
 // The pixels of `soft` within `mask` that can be reached from outside it.
 cv::Mat reached_from_outside(const cv::Mat& mask, const cv::Mat& soft) {
@@ -90,8 +90,9 @@ cv::Mat without_soft_light(const cv::Mat& mask, const cv::Mat& picture, const cv
   if (points.empty()) return mask.clone();
   // Only around the mask, with room for the windows.
   constexpr int kMargin = kWindow + 2;
-  const auto box = cv::Rect(points.x - kMargin, points.y - kMargin, points.width + 2 * kMargin, points.height + 2 * kMargin) &
-                   cv::Rect({0, 0}, mask.size());
+  const auto box =
+      cv::Rect(points.x - kMargin, points.y - kMargin, points.width + 2 * kMargin, points.height + 2 * kMargin) &
+      cv::Rect({0, 0}, mask.size());
   cv::Mat now;
   cv::Mat before;
   cv::blur(picture(box), now, {kBlur, kBlur});
@@ -122,8 +123,8 @@ cv::Mat without_soft_light(const cv::Mat& mask, const cv::Mat& picture, const cv
   cv::Mat out = mask.clone();
   cv::Mat inside = out(box);
   cv::Mat taken = reached_from_outside(inside, soft);
-  // A step nearly all around is an outline, though it has a gap at a rounded corner, say: asked before the slivers go, for
-  // it is as thin as they are.
+  // A step nearly all around is an outline, though it has a gap at a rounded corner, say: asked before the slivers go,
+  // for it is as thin as they are.
   taken = without_enclosed(taken, inside & ~taken, 4);
   // The texture of a floor leaves slivers behind, neither soft nor body: what is thin, of one ratio and beside what was
   // taken goes too.

@@ -17,7 +17,7 @@ namespace {
 constexpr int kLevels = 16;  // Grey levels a range.
 constexpr int kRanges = 256 / kLevels;
 
-constexpr int kReach = 4;          // Grey levels: a peak's half width, for noise and texture.
+constexpr int kReach = 4;            // Grey levels: a peak's half width, for noise and texture.
 constexpr double kLeastShare = 0.3;  // Of a range's pixels that must have done alike.
 
 // How much the pixels of a range changed, and the sum of what they were.

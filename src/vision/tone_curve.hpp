@@ -9,8 +9,8 @@ namespace choreo::vision {
 /// A monotone curve per channel that takes the grey levels of one picture to those of another of the same scene.
 ///
 /// Cameras change exposure and white balance as somebody walks in, and phones bend tones as well; such a change is the
-/// same for all pixels of one level, which a body is not. For each sixteenth of the levels the curve takes the commonest
-/// change; straight lines join them.
+/// same for all pixels of one level, which a body is not. For each sixteenth of the levels the curve takes the
+/// commonest change; straight lines join them.
 class ToneCurve {
  public:
   /// The identity.

@@ -20,14 +20,15 @@ struct InferredWall {
 
 /// Tells body and wall apart in pictures of a body that may stand before the same wall all the time.
 ///
-/// Every pixel shows a few colours over time (`colour_modes`), and each of them is either body or wall; pictures that show
-/// the same colour at a pixel share one answer. The answers are those of the least energy: colours that are likelier on
-/// one of the two (`ColourOdds`) ask for it, neighbours that are seen together and look alike ask for the same; the minimum
-/// is found by a cut (`MinCut`). The first odds are taken from what is certain: what never moves beside the body's reach is
-/// wall, and what passes before it is body. Answers and odds are then improved in turn.
+/// Every pixel shows a few colours over time (`colour_modes`), and each of them is either body or wall; pictures that
+/// show the same colour at a pixel share one answer. The answers are those of the least energy: colours that are
+/// likelier on one of the two (`ColourOdds`) ask for it, neighbours that are seen together and look alike ask for the
+/// same; the minimum is found by a cut (`MinCut`). The first odds are taken from what is certain: what never moves
+/// beside the body's reach is wall, and what passes before it is body. Answers and odds are then improved in turn.
 /// @param pictures  in one light; at least one, CV_8UC3, of one size; evenly spread in time.
 /// @param noise  standard deviation of the sensor's noise in D, grey levels.
-/// @source Boykov and Jolly, ICCV 2001, for the energy; Rother, Kolmogorov, Blake, GrabCut, 2004, for taking turns. Ours are
+/// @source Boykov and Jolly, ICCV 2001, for the energy; Rother, Kolmogorov, Blake, GrabCut, 2004, for taking turns.
+/// Ours are
 ///   nodes of pixel and colour instead of pixels of one picture.
 [[nodiscard]] InferredWall infer_wall(std::span<const cv::Mat> pictures, double noise);
 

@@ -14,9 +14,9 @@ namespace choreo::vision {
 
 /// Decides which pictures to keep and when to ask what the wall is, and works at the answer a step a frame.
 ///
-/// At first it asks often, since every limb that moves away shows a piece of wall; then ever more rarely. An answer comes
-/// some thirty frames after it was asked for: no frame has to wait for it, and the same frames give the same answers at
-/// the same frames.
+/// At first it asks often, since every limb that moves away shows a piece of wall; then ever more rarely. An answer
+/// comes some thirty frames after it was asked for: no frame has to wait for it, and the same frames give the same
+/// answers at the same frames.
 /// @thread thread-bound
 class WallLearner {
  public:

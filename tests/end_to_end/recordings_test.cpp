@@ -16,8 +16,9 @@ namespace {
 
 constexpr double kLeastOverlap = 0.85;
 
-#define NEEDS(path) \
-  if ((path).empty()) GTEST_SKIP() << "the recordings in ../shared/data are not here; see tests/support/shared_data.hpp"
+#define NEEDS(path)                                                                         \
+  if ((path).empty()) GTEST_SKIP() << "the recordings in ../shared/data are not here; see " \
+                                      "tests/support/shared_data.hpp"
 
 // Polygons in pixels of the frame, filled.
 cv::Mat filled(const nlohmann::json& body, const nlohmann::json& holes, cv::Size size) {
@@ -34,26 +35,40 @@ cv::Mat filled(const nlohmann::json& body, const nlohmann::json& holes, cv::Size
   return mask;
 }
 
+nlohmann::json outlines_of(const std::string& name) {
+  std::ifstream file(std::string(CHOREO_PROJECT_ROOT) + "/tests/data/outlines/" + name);
+  auto outlines = nlohmann::json::parse(file);
+  EXPECT_EQ(outlines.at("frames").size(), 6U);
+  return outlines;
+}
+
+// Analyses a clip with its masks, however long that takes.
+void analyze_patiently(const std::string& clip, const std::string& out) {
+  RunOptions patient;
+  patient.limit = std::chrono::minutes(8);
+  analyze(clip, out, {"--save", "masks"}, patient);
+}
+
+double overlap_of(const cv::Mat& found, const cv::Mat& truth) {
+  return double(cv::countNonZero(found & truth)) / double(cv::countNonZero(found | truth));
+}
+
 TEST(Recordings, OutlinesByHandAreMetAndTheEmptyRoomIsEmpty) {
-  std::ifstream file(std::string(CHOREO_PROJECT_ROOT) + "/tests/data/outlines/intel_one_by_one.json");
-  const auto outlines = nlohmann::json::parse(file);
+  const auto outlines = outlines_of("intel_one_by_one.json");
   const auto clip = shared_data(outlines.at("clip").get<std::string>());
   NEEDS(clip);
   const TempFolder folder;
-  RunOptions patient;
-  patient.limit = std::chrono::minutes(8);
-  analyze(clip, folder / "out", {"--save", "masks"}, patient);
+  analyze_patiently(clip, folder / "out");
   const cv::Size size(outlines.at("size").at(0).get<int>(), outlines.at("size").at(1).get<int>());
   const auto mask_of = [&](std::size_t frame) {  // Counted from 1; all of them are half a gigabyte.
     const auto one = read_npy(folder / "out/masks.npy", frame - 1, 1);
     EXPECT_EQ(one.data.size(), std::size_t(size.area()));
     return cv::Mat(cv::Mat(size, CV_8UC1, const_cast<std::uint8_t*>(one.data.data())) != 0);
   };
-  ASSERT_EQ(outlines.at("frames").size(), 6U);
   for (const auto& frame : outlines.at("frames")) {
     const auto truth = filled(frame.at("body"), frame.at("holes"), size);
     const auto found = mask_of(frame.at("frame").get<std::size_t>());
-    const double overlap = double(cv::countNonZero(found & truth)) / double(cv::countNonZero(found | truth));
+    const double overlap = overlap_of(found, truth);
     std::printf("frame %d: intersection over union %.3f\n", frame.at("frame").get<int>(), overlap);
     EXPECT_GE(overlap, kLeastOverlap) << "frame " << frame.at("frame");
   }
@@ -68,17 +83,13 @@ TEST(Recordings, OutlinesByHandAreMetAndTheEmptyRoomIsEmpty) {
 class NeverLeaves : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(NeverLeaves, OutlinesByHandAreMetThoughTheWallBehindWasNeverSeen) {
-  std::ifstream file(std::string(CHOREO_PROJECT_ROOT) + "/tests/data/outlines/" + GetParam());
-  const auto outlines = nlohmann::json::parse(file);
+  const auto outlines = outlines_of(GetParam());
   const auto clip = shared_data(outlines.at("clip").get<std::string>());
   NEEDS(clip);
   const TempFolder folder;
-  RunOptions patient;
-  patient.limit = std::chrono::minutes(8);
-  analyze(clip, folder / "out", {"--save", "masks"}, patient);
+  analyze_patiently(clip, folder / "out");
   const cv::Size full(outlines.at("size").at(0).get<int>(), outlines.at("size").at(1).get<int>());
   const cv::Size working(270, 480);
-  ASSERT_EQ(outlines.at("frames").size(), 6U);
   double sum = 0;
   for (const auto& frame : outlines.at("frames")) {
     cv::Mat truth;
@@ -87,7 +98,7 @@ TEST_P(NeverLeaves, OutlinesByHandAreMetThoughTheWallBehindWasNeverSeen) {
     const auto one = read_npy(folder / "out/masks.npy", frame.at("frame").get<std::size_t>() - 1, 1);
     ASSERT_EQ(one.data.size(), std::size_t(working.area()));
     const cv::Mat found = cv::Mat(working, CV_8UC1, const_cast<std::uint8_t*>(one.data.data())) != 0;
-    const double overlap = double(cv::countNonZero(found & truth)) / double(cv::countNonZero(found | truth));
+    const double overlap = overlap_of(found, truth);
     std::printf("%s frame %d: intersection over union %.3f\n", GetParam(), frame.at("frame").get<int>(), overlap);
     EXPECT_GE(overlap, kLeastOverlap) << "frame " << frame.at("frame");
     sum += overlap;
@@ -122,7 +133,8 @@ class BundledRecording : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(BundledRecording, IsAnalysedWithoutAWarning) {
   const TempFolder folder;
-  const auto run = analyze(std::string(CHOREO_PROJECT_ROOT) + "/recordings/" + GetParam(), folder / "out", {"--every", "2"});
+  const auto run =
+      analyze(std::string(CHOREO_PROJECT_ROOT) + "/recordings/" + GetParam(), folder / "out", {"--every", "2"});
   EXPECT_TRUE(run.err_lines("choreoscope: warning: ").empty()) << run.told();
 }
 

@@ -174,7 +174,8 @@ TEST_F(Troubles, ALongRecordingIsThinnedUntilItFits) {
   constexpr auto kClip = "synthetic://jumping-jacks?size=64x48&duration=2&empty=1";
   const auto all = folder_ / "all";
   analyze(kClip, all, {"--save", "masks"});
-  EXPECT_THAT(warned(kClip, {"--set", "matrix.most_rows=25", "--save", "masks"}), AllOf(HasSubstr("every 4th"), HasSubstr("90 frames")));
+  EXPECT_THAT(warned(kClip, {"--set", "matrix.most_rows=25", "--save", "masks"}),
+              AllOf(HasSubstr("every 4th"), HasSubstr("90 frames")));
   const Results r(out());
   const Results whole(all);
   ASSERT_EQ(r.n, 23u) << "frames 1, 5, ... 89 of 90";
@@ -186,7 +187,8 @@ TEST_F(Troubles, ALongRecordingIsThinnedUntilItFits) {
   const std::size_t size = masks.data.size() / 23;
   for (std::size_t i = 0; i < r.n; ++i) {
     EXPECT_EQ(r.time_s[i], whole.time_s[4 * i]);
-    EXPECT_TRUE(std::equal(masks.data.begin() + std::ptrdiff_t(i * size), masks.data.begin() + std::ptrdiff_t((i + 1) * size),
+    EXPECT_TRUE(std::equal(masks.data.begin() + std::ptrdiff_t(i * size),
+                           masks.data.begin() + std::ptrdiff_t((i + 1) * size),
                            whole_masks.data.begin() + std::ptrdiff_t(4 * i * size)))
         << i;
     for (std::size_t j = 0; j < r.n; ++j) {
@@ -198,7 +200,8 @@ TEST_F(Troubles, ALongRecordingIsThinnedUntilItFits) {
 }
 
 TEST_F(Troubles, AMatrixTooLargeForTheDiskIsRefusedBeforeTheWork) {
-  const auto complaint = refused("synthetic://walking?size=64x48&fps=240&duration=36000", {"--set", "matrix.most_rows=1000000"});
+  const auto complaint =
+      refused("synthetic://walking?size=64x48&fps=240&duration=36000", {"--set", "matrix.most_rows=1000000"});
   EXPECT_THAT(complaint, AllOf(HasSubstr("1000000 frames"), HasSubstr("8000.0 GB"), HasSubstr("left")));
   EXPECT_THAT(hint(), HasSubstr("--every"));
 }

@@ -134,7 +134,8 @@ TEST(PairsByBands, NoBandIsGivenIncomplete) {
   Pairs pairs(1000);
   pairs.stop_at_first(stop);
   int bands = 0;
-  EXPECT_FALSE(pairs_by_bands(pairs, [&](auto...) { ++bands; }, stop.get_token()));
+  EXPECT_FALSE(pairs_by_bands(
+      pairs, [&](auto...) { ++bands; }, stop.get_token()));
   EXPECT_EQ(bands, 0);
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Parallel loops with one worker, for the thread sanitizer: it sees nothing of how TBB and OpenCV hand work over and
 // would take every such loop for a race.
-#include <opencv2/core/utility.hpp>
 #include <tbb/global_control.h>
+#include <opencv2/core/utility.hpp>
 
 namespace {
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <opencv2/core.hpp>
 #include <tbb/global_control.h>
+#include <opencv2/core.hpp>
 
 #include "support/drawn_masks.hpp"
 #include "vision/body_masker.hpp"
