@@ -90,7 +90,7 @@ std::span<const std::string> skin_names() {
 
 std::span<const std::string> clothes_names() {
   static const auto kNames = [] {
-    std::vector<std::string> names = {"auto", "wall"};
+    std::vector<std::string> names = {"auto", "wall", "near-wall"};
     for (const auto& shirt : shirts()) names.push_back(shirt.name);
     return names;
   }();
@@ -150,12 +150,15 @@ Look choose_look(std::uint64_t seed, const std::string& build, const std::string
   if (clothes == "wall") {
     look.shirt = look.wall * 1.06F;
     look.trousers = look.panel * 1.04F;
+  } else if (clothes == "near-wall") {
+    look.shirt = look.wall * 0.85F;
+    look.trousers = look.panel * 0.85F;
   } else if (clothes == "auto") {
     std::vector<cv::Vec3f> colours;
     for (const auto& shirt : shirts()) colours.push_back(shirt.colour);
     look.shirt = choose(6, colours, {look.wall, look.panel});
   } else {
-    look.shirt = shirts()[index_of(clothes_names(), clothes) - 2].colour;
+    look.shirt = shirts()[index_of(clothes_names(), clothes) - 3].colour;
   }
   return look;
 }

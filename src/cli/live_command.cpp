@@ -13,6 +13,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/live_record.hpp"
+#include "cli/memory.hpp"
 #include "cli/preparation.hpp"
 #include "cli/results.hpp"
 #include "cli/source_options.hpp"
@@ -129,6 +130,15 @@ Nanoseconds history_length(const LiveOptions& options) {
   return length;
 }
 
+// A ring that swaps would make every frame wait for the disk.
+void require_memory(const LiveOptions& options, std::uint64_t bytes) {
+  const auto free = available_memory();
+  if (!free || bytes <= *free) return;
+  throw usage_error(fmt::format("is {}, which takes {:.1f} GB of memory, and {:.1f} GB are free", options.history,
+                                1e-9 * double(bytes), 1e-9 * double(*free)),
+                    "--history", "shorten --history, or lower working.rows with --set");
+}
+
 std::unique_ptr<outputs::LiveWindow> open_window(const LiveOptions& options, const Summary& summary,
                                                  Nanoseconds history, Session& session, std::stop_source& closed,
                                                  const std::function<void()>& report) {
@@ -144,6 +154,10 @@ std::unique_ptr<outputs::LiveWindow> open_window(const LiveOptions& options, con
   window.history_s = to_seconds(history);
   window.on_close = [&closed] { closed.request_stop(); };
   window.on_report = report;
+  window.on_lost = [&session](const std::string& why) {
+    session.console.warn(why + ": the run goes on without its window");
+    session.skip_farewells = true;
+  };
   return std::make_unique<outputs::LiveWindow>(std::move(window));
 }
 
@@ -163,6 +177,7 @@ int live(const LiveOptions& options, Session& session) {
     announce_files(summary, *files, settings, false);
   }
   const auto capacity = ring_capacity(length, summary.source.nominal_fps / double(summary.every));
+  require_memory(options, capacity * similarity::MaskHistory(summary.working_size, 1, prepared.kernel).bytes_per_row());
   if (files) {
     const auto expected = expected_frames(summary, prepared.selection, capacity);
     const auto frames = expected > 0 ? expected : capacity;

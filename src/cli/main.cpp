@@ -2,6 +2,7 @@
 // The program: reads the command line, runs the command, turns what went wrong into one line and an exit status.
 #include <algorithm>
 #include <csignal>
+#include <cstdlib>
 #include <exception>
 #include <new>
 #include <string>
@@ -82,13 +83,8 @@ void silence_opencv() {
   cv::redirectError([](int, const char*, const char*, const char*, int, void*) { return 0; });
 }
 
-int run_program(int argc, char** argv) {
-  // A full disk or a closed pipe is an error to be told of, not a death.
-  std::signal(SIGXFSZ, SIG_IGN);
-  std::signal(SIGPIPE, SIG_IGN);
-  silence_opencv();
-  Console console;
-  Interrupt interrupt;
+int run_program(int argc, char** argv, Session& session) {
+  auto& console = session.console;
 
   CLI::App app(
       "choreoscope: an oscilloscope for movement. Watches a moving body and shows its similarity to itself, Z,\n"
@@ -118,7 +114,6 @@ int run_program(int argc, char** argv) {
     return kRefused;
   }
   try {
-    Session session{console, interrupt};
     const int status = chosen(session);
     if (std::fflush(stdout) != 0) throw failure("standard output cannot be written to");
     return status;
@@ -145,4 +140,15 @@ int run_program(int argc, char** argv) {
 }  // namespace
 }  // namespace choreo::cli
 
-int main(int argc, char** argv) { return choreo::cli::run_program(argc, argv); }
+int main(int argc, char** argv) {
+  // A full disk or a closed pipe is an error to be told of, not a death.
+  std::signal(SIGXFSZ, SIG_IGN);
+  std::signal(SIGPIPE, SIG_IGN);
+  choreo::cli::silence_opencv();
+  choreo::cli::Console console;
+  choreo::cli::Interrupt interrupt;
+  choreo::cli::Session session{console, interrupt};
+  const int status = choreo::cli::run_program(argc, argv, session);
+  if (session.skip_farewells) std::_Exit(status);
+  return status;
+}

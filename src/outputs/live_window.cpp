@@ -20,6 +20,7 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "outputs/display_loss.hpp"
 #include "outputs/live_page.hpp"
 #include "similarity/scrolling_triangle.hpp"
 
@@ -59,6 +60,7 @@ class Picture {
   [[nodiscard]] SDL_Texture* get() const { return texture_.get(); }
   [[nodiscard]] cv::Size size() const { return size_; }
   void forget() { texture_.reset(); }
+  void abandon() { (void)texture_.release(); }
 
  private:
   Owned<SDL_Texture> texture_;
@@ -123,18 +125,27 @@ class LiveWindow::Impl {
       while (!stop.stop_requested()) {
         const auto next = std::chrono::steady_clock::now() + kFrame;
         handle_events();
-        draw();
+        if (!display_lost_) draw();
+        if (display_lost_) throw failure("the display is gone");
         std::this_thread::sleep_until(next);
       }
-    } catch (...) {
-      {
-        const std::scoped_lock lock(mutex_);
-        problem_ = std::current_exception();
-      }
-      opened_or_not_.notify_all();
-      // A display that goes away ends the window, not the run.
+    } catch (const std::exception& problem) {
+      fall(problem.what());
     }
     close();
+  }
+
+  // Before the window is open its maker is told; later only the window ends, not the run.
+  void fall(const std::string& why) {
+    {
+      const std::scoped_lock lock(mutex_);
+      if (!opened_) {
+        problem_ = std::current_exception();
+        opened_or_not_.notify_all();
+        return;
+      }
+    }
+    if (options_.on_lost) options_.on_lost(why);
   }
 
   void open() {
@@ -148,6 +159,7 @@ class LiveWindow::Impl {
     window_.reset(
         SDL_CreateWindow(options_.title.c_str(), SDL_WINDOWPOS_CENTERED, SDL_WINDOWPOS_CENTERED, 1280, 720, flags));
     if (!window_) fail("no window can be opened");
+    survive_display_loss(window_.get(), display_lost_);
     SDL_SetWindowMinimumSize(window_.get(), 320, 240);
     renderer_.reset(SDL_CreateRenderer(window_.get(), -1, SDL_RENDERER_PRESENTVSYNC));
     if (!renderer_) renderer_.reset(SDL_CreateRenderer(window_.get(), -1, SDL_RENDERER_SOFTWARE));
@@ -157,6 +169,13 @@ class LiveWindow::Impl {
   }
 
   void close() {
+    if (display_lost_) {
+      // Whatever is given back now asks the display first: better to leave it to the end of the process.
+      for (auto* p : {&page_, &figures_, &video_, &triangle_}) p->abandon();
+      (void)renderer_.release();
+      (void)window_.release();
+      return;
+    }
     for (auto* p : {&page_, &figures_, &video_, &triangle_}) p->forget();
     renderer_.reset();
     window_.reset();
@@ -305,6 +324,7 @@ class LiveWindow::Impl {
   // The window's thread's own.
   bool up_ = false;
   bool closed_ = false;
+  bool display_lost_ = false;
   bool full_screen_ = false;
   bool new_frame_ = false;
   double span_s_ = 0;

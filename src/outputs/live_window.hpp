@@ -22,9 +22,13 @@ struct LiveWindowOptions {
   double history_s = 600;           ///< The widest span of time that is shown.
   std::function<void()> on_close;   ///< Called once, from the window's thread, where the user closes it.
   std::function<void()> on_report;  ///< Called from the window's thread where the user asks for the figures (key l).
+  /// Called once, from the window's thread, where the window goes though nobody closed it, with the cause in one line.
+  /// The display's libraries may then wait for it for ever as the process ends (Mesa does): end with `std::_Exit`.
+  std::function<void(const std::string& why)> on_lost;
 };
 
-/// A window with a thread of its own: whoever shows frames never waits for the display.
+/// A window with a thread of its own: whoever shows frames never waits for the display, and where the display goes away
+/// only the window ends.
 ///
 /// Keys: q or Esc closes, f full screen, + and - change the span of time, l asks for a report.
 /// @thread thread-safe

@@ -16,9 +16,11 @@ constexpr float kDarkest = 0.3F;  // Of the ratio: less light is left only by a 
 constexpr float kBrightest = 1.4F;
 constexpr float kStep = 0.20F;  // How much the ratio may change across a window of kWindow pixels.
 constexpr int kWindow = 5;
-constexpr int kBlur = 5;          // The texture of a floor and the sensor's noise must not look like steps.
-constexpr float kColour = 0.10F;  // How much a channel's ratio may be off.
-constexpr float kLevels = 4.0F;   // And in grey levels: rounding and compression.
+constexpr float kOutline = 0.115F;    // How much it changes in the mean along the outline of clothes.
+constexpr double kPartShare = 0.003;  // Of the picture: a smaller part's outline is too short to be judged by its mean.
+constexpr int kBlur = 5;              // The texture of a floor and the sensor's noise must not look like steps.
+constexpr float kColour = 0.10F;      // How much a channel's ratio may be off.
+constexpr float kLevels = 4.0F;       // And in grey levels: rounding and compression.
 
 // The pixels of `soft` within `mask` that can be reached from outside it.
 cv::Mat reached_from_outside(const cv::Mat& mask, const cv::Mat& soft) {
@@ -81,6 +83,43 @@ cv::Mat without_enclosed(const cv::Mat& taken, const cv::Mat& mask, int most) {
   return kept;
 }
 
+// `taken` without its components of more than `least_area` pixels whose border to the wall is, in the mean, as steep as
+// an outline: clothes of the wall's hue, entered where the light on them meets the wall's. A shadow fades out.
+cv::Mat without_outlined(const cv::Mat& taken, const cv::Mat& mask, const cv::Mat& steepness, int least_area) {
+  cv::Mat labels;
+  const int count = cv::connectedComponents(taken, labels, 4, CV_32S, cv::CCL_SAUF);
+  struct Part {
+    int area = 0;
+    int border = 0;
+    double steepness = 0;
+  };
+  std::vector<Part> parts(static_cast<std::size_t>(count));
+  const auto is_wall = [&](int x, int y) {
+    return x >= 0 && y >= 0 && x < mask.cols && y < mask.rows && mask.at<std::uint8_t>(y, x) == 0;
+  };
+  for (int y = 0; y < taken.rows; ++y) {
+    const auto* line = labels.ptr<int>(y);
+    for (int x = 0; x < taken.cols; ++x) {
+      if (line[x] == 0) continue;
+      auto& part = parts[std::size_t(line[x])];
+      ++part.area;
+      if (!is_wall(x - 1, y) && !is_wall(x + 1, y) && !is_wall(x, y - 1) && !is_wall(x, y + 1)) continue;
+      ++part.border;
+      part.steepness += double(steepness.at<float>(y, x));
+    }
+  }
+  cv::Mat kept = taken.clone();
+  for (int y = 0; y < taken.rows; ++y) {
+    const auto* line = labels.ptr<int>(y);
+    auto* out = kept.ptr<std::uint8_t>(y);
+    for (int x = 0; x < taken.cols; ++x) {
+      const auto& part = parts[std::size_t(line[x])];
+      if (line[x] != 0 && part.area > least_area && part.steepness > double{kOutline} * part.border) out[x] = 0;
+    }
+  }
+  return kept;
+}
+
 }  // namespace
 
 cv::Mat without_soft_light(const cv::Mat& mask, const cv::Mat& picture, const cv::Mat& background) {
@@ -133,15 +172,16 @@ cv::Mat without_soft_light(const cv::Mat& mask, const cv::Mat& picture, const cv
   cv::Mat near;
   cv::dilate(taken, near, window);
   taken |= inside & near & of_light & ~thick;
-  inside.setTo(0, without_enclosed(taken, inside & ~taken, 1));
+  taken = without_enclosed(taken, inside & ~taken, 1);
+  inside.setTo(0, without_outlined(taken, inside, steepness, static_cast<int>(kPartShare * double(mask.total()))));
   return out;
 }
 
-bool same_surface(const cv::Vec3b& now, const cv::Vec3b& before) {
+bool same_surface(const cv::Vec3b& now, const cv::Vec3b& before, float darkest) {
   constexpr float kSome = 8.0F;  // Levels of both: without them the ratio of two dark pixels is noise.
   const auto grey = [](const cv::Vec3b& c) { return 0.114F * c[0] + 0.587F * c[1] + 0.299F * c[2]; };
   const float ratio = (grey(now) + kSome) / (grey(before) + kSome);
-  if (ratio < 0.4F || ratio > 1.5F) return false;
+  if (ratio < darkest || ratio > 1.5F) return false;
   for (int c = 0; c < 3; ++c) {
     if (std::abs(now[c] - ratio * before[c]) > kSome + 0.05F * before[c]) return false;
   }

@@ -28,7 +28,8 @@ constexpr float kSmooth = 6.0F;       // What it costs to part two alike neighbo
 constexpr float kSmoothLeast = 0.3F;  // And two that are not alike.
 constexpr float kMostOutside = 8.0F;  // Against what the moving body is never around.
 constexpr float kSecondWall = 4.0F;   // Against a second colour being the wall too.
-constexpr float kUnit = 1000.0F;      // Of the cut's whole numbers.
+constexpr float kShade = 0.92F;  // A darker colour of the wall's hue is clothes; what shadow it is goes from each mask.
+constexpr float kUnit = 1000.0F;  // Of the cut's whole numbers.
 
 float colour_distance(const cv::Vec3b& a, const cv::Vec3b& b) {
   return static_cast<float>(0.114 * std::abs(a[0] - b[0]) + 0.587 * std::abs(a[1] - b[1]) +
@@ -229,7 +230,8 @@ void WallInference::Impl::first_odds() {
     }
     if (3 * modes[wall].count >= 2 * modes_.pictures) odds_.add_wall(modes[wall].colour, 1.0F);
     for (int m = 0; m < kModes; ++m) {
-      if (modes[m].count > 0 && score(m) < score(wall) - 2.0F && !same_surface(modes[m].colour, modes[wall].colour)) {
+      if (modes[m].count > 0 && score(m) < score(wall) - 2.0F &&
+          !same_surface(modes[m].colour, modes[wall].colour, kShade)) {
         odds_.add_body(modes[m].colour, static_cast<float>(modes[m].count));
       }
     }
@@ -295,7 +297,7 @@ void WallInference::Impl::odds_of_answers() {
         // A wall that is seen now and then counts as one that is seen all the time: it is there all the time.
         odds_.add_wall(mode.colour, static_cast<float>(modes_.pictures));
       } else if (body_[std::size_t(node_[std::size_t(p * kModes + m)])] != 0) {
-        if (wall >= 0 && same_surface(mode.colour, modes_.at(p)[wall].colour)) continue;
+        if (wall >= 0 && same_surface(mode.colour, modes_.at(p)[wall].colour, kShade)) continue;
         odds_.add_body(mode.colour, (wall >= 0 ? 1.0F : 0.2F) * static_cast<float>(mode.count));
       }
     }

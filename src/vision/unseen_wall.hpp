@@ -28,8 +28,7 @@ struct InferredWall {
 /// @param pictures  in one light; at least one, CV_8UC3, of one size; evenly spread in time.
 /// @param noise  standard deviation of the sensor's noise in D, grey levels.
 /// @source Boykov and Jolly, ICCV 2001, for the energy; Rother, Kolmogorov, Blake, GrabCut, 2004, for taking turns.
-/// Ours are
-///   nodes of pixel and colour instead of pixels of one picture.
+///   Ours are nodes of pixel and colour instead of pixels of one picture.
 [[nodiscard]] InferredWall infer_wall(std::span<const cv::Mat> pictures, double noise);
 
 /// `infer_wall` in steps that each take about as long, for whoever has other things to do in between: the whole takes a

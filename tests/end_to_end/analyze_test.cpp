@@ -187,7 +187,9 @@ TEST_P(MasksOfWhoNeverLeaves, AreWholeThoughTheWallBehindWasNeverSeen) {
 INSTANTIATE_TEST_SUITE_P(Clips, MasksOfWhoNeverLeaves,
                          ::testing::Values("jumping-jacks?seed=1", "side-kicks?seed=2", "semaphore?seed=3",
                                            "palindrome?seed=4", "limp?seed=5", "idle?seed=6", "jumping-jacks?seed=7",
-                                           "side-kicks?seed=8", "anti-palindrome?seed=11", "idle?seed=12"));
+                                           "side-kicks?seed=8", "anti-palindrome?seed=11", "idle?seed=12",
+                                           "jumping-jacks?seed=1&clothes=near-wall",
+                                           "side-kicks?seed=2&clothes=near-wall", "limp?seed=5&clothes=near-wall"));
 
 class LiveMasksOfWhoNeverLeaves : public ::testing::TestWithParam<const char*> {};
 
@@ -200,10 +202,16 @@ TEST_P(LiveMasksOfWhoNeverLeaves, AreWholeAfterAFewSeconds) {
 
 INSTANTIATE_TEST_SUITE_P(Clips, LiveMasksOfWhoNeverLeaves,
                          ::testing::Values("jumping-jacks?seed=1", "jumping-jacks?seed=7", "side-kicks?seed=2",
-                                           "limp?seed=5"));
+                                           "limp?seed=5", "side-kicks?seed=2&clothes=near-wall",
+                                           "limp?seed=5&clothes=near-wall"));
 
 TEST(Masks, AgreeWithTheTruthAtFullHd) {
   EXPECT_GE(mean_iou("synthetic://side-kicks?size=1920x1080&fps=10&duration=3&empty=0.5&seed=5"), 0.97);
+}
+
+// A plain shirt of the wall's hue is no shadow on it.
+TEST(Masks, OfClothesNearTheWallsColourAreWholeBeforeAWallThatWasSeen) {
+  EXPECT_GE(mean_iou("synthetic://side-kicks?size=320x240&fps=10&duration=4&empty=1&seed=2&clothes=near-wall"), 0.97);
 }
 
 TEST(Masks, NobodyIsSeenInAnEmptyRoomBeforeAndAfter) {

@@ -176,5 +176,14 @@ TEST_F(Live, RefusesWhatMakesNoSense) {
   EXPECT_THAT(refuse({"--span", "100:200"}), HasSubstr("no frame"));
 }
 
+TEST_F(Live, AHistoryThatExceedsTheMemoryIsRefusedBeforeTheRun) {
+  // 2.6 million rows of 264 kB.
+  const auto run = choreoscope({"live", "synthetic://walking?size=1920x1080&fps=30&duration=1", "--headless",
+                                "--history", "24h", "--set", "working.rows=0", "--out", old()});
+  EXPECT_THAT(complaint_of(run, 2), AllOf(HasSubstr("--history"), HasSubstr("GB of memory")));
+  EXPECT_THAT(hint_of(run), HasSubstr("shorten --history"));
+  expect_old_results();
+}
+
 }  // namespace
 }  // namespace choreo::test

@@ -170,5 +170,40 @@ TEST(WithoutSpecks, DoesNotChangeItsInput) {
   EXPECT_TRUE(same_bytes(mask, copy));
 }
 
+TEST(WithoutSmallHoles, AHoleOfThatManyPixelsIsFilledAndALargerOneStays) {
+  const auto mask = mask_of({"########",  //
+                             "#.##...#",  //
+                             "#.##...#",  //
+                             "########"});
+  EXPECT_TRUE(same_bytes(without_small_holes(mask, 2), mask_of({"########",  //
+                                                                "####...#",  //
+                                                                "####...#",  //
+                                                                "########"})));
+  EXPECT_TRUE(same_bytes(without_small_holes(mask, 1), mask));
+  EXPECT_EQ(cv::countNonZero(~without_small_holes(mask, 6)), 0);
+}
+
+TEST(WithoutSmallHoles, WhatTouchesTheBorderIsNoHole) {
+  const auto bay = mask_of({"##.##",  //
+                            "##.##",  //
+                            "#####"});
+  EXPECT_TRUE(same_bytes(without_small_holes(bay, 100), bay));
+}
+
+TEST(WithoutSmallHoles, PartsThatMeetAtACornerOnlyAreTwoHoles) {
+  const auto mask = mask_of({"####",  //
+                             "#.##",  //
+                             "##.#",  //
+                             "####"});
+  EXPECT_EQ(cv::countNonZero(~without_small_holes(mask, 1)), 0);
+}
+
+TEST(WithoutSmallHoles, EmptyAndFullMasksStay) {
+  const cv::Mat empty = cv::Mat::zeros(5, 7, CV_8UC1);
+  const cv::Mat full(5, 7, CV_8UC1, cv::Scalar(255));
+  EXPECT_TRUE(same_bytes(without_small_holes(empty, 99), empty));
+  EXPECT_TRUE(same_bytes(without_small_holes(full, 99), full));
+}
+
 }  // namespace
 }  // namespace choreo::vision

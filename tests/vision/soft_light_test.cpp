@@ -146,5 +146,73 @@ TEST(WithoutSoftLight, TinyPicturesAreFine) {
   }
 }
 
+// No channel tells it from a shadow, and each step is within what a shadow may have; but its outline is one all around.
+TEST(WithoutSoftLight, PlainClothesOfTheWallsHueStay) {
+  const auto wall = textured_wall(kSize);
+  const auto body = figure_mask(kSize, {80, 60}, 100);
+  auto picture = wall.clone();
+  test::in_light(wall, 0.82).copyTo(picture, body);
+  for (const double sigma : {0.0, 2.0}) {
+    const auto noisy = with_noise(picture, sigma, 1);
+    const auto mask = annealed(mask_between(noisy, wall), 1);
+    EXPECT_GT(iou(without_soft_light(mask, noisy, wall), body), 0.95) << sigma;
+  }
+}
+
+// A body of 40 x 80 pixels and, apart from it, a part of 12 x 12.
+struct TwoParts {
+  cv::Mat wall = textured_wall(kSize);
+  cv::Mat picture = wall.clone();
+  cv::Mat mask = cv::Mat::zeros(kSize, CV_8UC1);
+  cv::Rect body{60, 20, 40, 80};
+  cv::Rect part{10, 50, 12, 12};
+
+  explicit TwoParts(const cv::Mat& look_of_part) {
+    picture(body).setTo(cv::Scalar(40, 50, 190));
+    look_of_part(part).copyTo(picture(part));
+    mask(body) = 255;
+    mask(part) = 255;
+  }
+  [[nodiscard]] int left_of_part(const cv::Mat& reach = {}) const {
+    return cv::countNonZero(without_parts_of_light(mask, picture, wall, reach)(part));
+  }
+};
+
+TEST(WithoutPartsOfLight, APartThatIsTheWallInAnotherLightGoesHoweverSharpItsOutline) {
+  EXPECT_EQ(TwoParts(test::in_light(textured_wall(kSize), 0.7)).left_of_part(), 0);
+  EXPECT_EQ(TwoParts(test::in_light(textured_wall(kSize), 1.3)).left_of_part(), 0);
+}
+
+TEST(WithoutPartsOfLight, APartOfAnotherColourStays) {
+  EXPECT_EQ(TwoParts(cv::Mat(kSize, CV_8UC3, cv::Scalar(30, 160, 40))).left_of_part(), 144);
+}
+
+TEST(WithoutPartsOfLight, ASmallPartOutsideTheReachGoesWhateverItsColour) {
+  const TwoParts scene(cv::Mat(kSize, CV_8UC3, cv::Scalar(30, 160, 40)));
+  cv::Mat reach = cv::Mat::zeros(kSize, CV_8UC1);
+  reach(scene.body) = 255;
+  EXPECT_EQ(scene.left_of_part(reach), 0);
+  reach(scene.part) = 255;
+  EXPECT_EQ(scene.left_of_part(reach), 144);
+}
+
+TEST(WithoutPartsOfLight, TheLargestPartStaysEvenIfItLooksLikeTheWall) {
+  const auto wall = textured_wall(kSize);
+  const auto mask = figure_mask(kSize, {80, 60}, 100);
+  EXPECT_TRUE(same_bytes(without_parts_of_light(mask, test::in_light(wall, 0.8), wall, {}), mask));
+  const cv::Mat nobody = cv::Mat::zeros(kSize, CV_8UC1);
+  EXPECT_TRUE(same_bytes(without_parts_of_light(nobody, wall, wall, {}), nobody));
+}
+
+TEST(SameSurface, IsOneRatioForAllChannelsWithinLimits) {
+  const cv::Vec3b wall(100, 120, 140);
+  EXPECT_TRUE(same_surface(wall, wall));
+  EXPECT_TRUE(same_surface({70, 84, 98}, wall));
+  EXPECT_TRUE(same_surface({130, 156, 182}, wall));
+  EXPECT_FALSE(same_surface({30, 36, 42}, wall)) << "darker than a shadow";
+  EXPECT_FALSE(same_surface({170, 204, 238}, wall)) << "brighter than a glow";
+  EXPECT_FALSE(same_surface({140, 120, 100}, wall)) << "another hue";
+}
+
 }  // namespace
 }  // namespace choreo::vision

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "outputs/display_loss.hpp"
+
+#include <SDL.h>
+#include <SDL_syswm.h>
+#include <dlfcn.h>
+
+namespace choreo::outputs {
+namespace {
+
+#ifdef SDL_VIDEO_DRIVER_X11
+
+int say_nothing(Display* /*display*/) { return 0; }
+
+void mark_lost(Display* /*display*/, void* lost) { *static_cast<bool*>(lost) = true; }
+
+// SDL loads Xlib at run time, and so do we: a machine without it has no use for it.
+template <typename F>
+F* of_xlib(const char* name) {
+  void* library = ::dlopen("libX11.so.6", RTLD_NOW | RTLD_NOLOAD);
+  if (library == nullptr) return nullptr;
+  auto* found = reinterpret_cast<F*>(::dlsym(library, name));
+  ::dlclose(library);  // SDL has it open as long as there is a window.
+  return found;
+}
+
+#endif
+
+}  // namespace
+
+void survive_display_loss(SDL_Window* window, bool& lost) {
+#ifdef SDL_VIDEO_DRIVER_X11
+  SDL_SysWMinfo info{};
+  SDL_VERSION(&info.version)
+  if (SDL_GetWindowWMInfo(window, &info) != SDL_TRUE || info.subsystem != SDL_SYSWM_X11) return;
+  auto* on_exit = of_xlib<void(Display*, void (*)(Display*, void*), void*)>("XSetIOErrorExitHandler");
+  auto* on_error = of_xlib<int (*(int (*)(Display*)))(Display*)>("XSetIOErrorHandler");
+  if (on_exit == nullptr || on_error == nullptr) return;
+  on_exit(info.info.x11.display, &mark_lost, &lost);
+  on_error(&say_nothing);
+#else
+  (void)window;
+  (void)lost;
+#endif
+}
+
+}  // namespace choreo::outputs

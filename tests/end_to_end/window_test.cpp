@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// Live runs with a window on a real X server.
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <thread>
+
+#include <gmock/gmock.h>
+
+#include "end_to_end/refusal_fixture.hpp"
+#include "support/x_server.hpp"
+
+namespace choreo::test {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+#define NEEDS(server) \
+  if ((server).display().empty()) GTEST_SKIP() << "Xvfb cannot be started; it is in script/packages.txt"
+
+// Until a thread of the process has that name, at most some seconds.
+void wait_for_thread(int process, const std::string& name) {
+  namespace fs = std::filesystem;
+  for (int i = 0; i < 600; ++i) {
+    std::error_code gone;
+    for (const auto& task : fs::directory_iterator("/proc/" + std::to_string(process) + "/task", gone)) {
+      std::string comm;
+      std::ifstream(task.path() / "comm") >> comm;
+      if (comm == name) return;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+}
+
+class LiveOnADisplay : public RefusalTest {
+ protected:
+  Outcome live(const XServer& server, const std::string& source, RunOptions options = {}) {
+    options.environment.emplace_back("DISPLAY", server.display());
+    options.environment.emplace_back("SDL_VIDEODRIVER", "x11");
+    return choreoscope({"live", source, "--out", folder_ / "live"}, options);
+  }
+};
+
+TEST_F(LiveOnADisplay, ShowsItsWindowAndEndsByItself) {
+  const XServer server;
+  NEEDS(server);
+  const auto run = live(server, "synthetic://walking?size=160x120&fps=15&duration=2");
+  EXPECT_EQ(run.status, 0) << run.told();
+  EXPECT_THAT(run.err, Not(HasSubstr("window"))) << run.told();
+}
+
+TEST_F(LiveOnADisplay, WhereTheDisplayGoesAwayOnlyTheWindowEnds) {
+  XServer server;
+  NEEDS(server);
+  std::jthread saboteur;
+  RunOptions options;
+  options.started = [&](int process) {
+    saboteur = std::jthread([&server, process] {
+      wait_for_thread(process, "picture");  // The stages start when the window is there.
+      std::this_thread::sleep_for(std::chrono::milliseconds(500));
+      server.stop();
+    });
+  };
+  const auto run = live(server, "synthetic://walking?size=160x120&fps=15&duration=8", options);
+  EXPECT_EQ(run.status, 0) << run.told();
+  EXPECT_THAT(run.err, HasSubstr("the display is gone: the run goes on without its window"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "live" + "/z.npy")) << run.told();
+}
+
+TEST_F(LiveOnADisplay, ADisplayThatCannotBeOpenedIsSaidInOneLine) {
+  RunOptions options;
+  options.environment.emplace_back("DISPLAY", ":987");
+  options.environment.emplace_back("SDL_VIDEODRIVER", "x11");
+  const auto run = choreoscope({"live", kQuick, "--out", folder_ / "live"}, options);
+  EXPECT_THAT(complaint_of(run, 1), HasSubstr("no window can be opened"));
+  EXPECT_THAT(hint_of(run), HasSubstr("--headless"));
+}
+
+}  // namespace
+}  // namespace choreo::test
