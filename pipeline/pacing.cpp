@@ -22,8 +22,19 @@ devices::FramePtr PacedSource::read(std::stop_token stop) {
   if (!origin_) origin_ = frame->device_time;
   if (selection_.before(frame->sequence + 1, frame->device_time - *origin_)) return frame;
   if (!offset_) offset_ = clock_.now() - frame->device_time;
+  behind_ = clock_.now() - (frame->device_time + *offset_);
   if (!wait_(frame->device_time + *offset_, stop)) return nullptr;
   return frame;
+}
+
+std::vector<std::string> PacedSource::warnings() const {
+  auto all = recording_->warnings();
+  constexpr auto kNoticed = std::chrono::milliseconds(200);
+  if (behind_ > kNoticed) {
+    all.push_back(
+        fmt::format("the recording fell behind its own pace: its last frame came {:.1f} s late", to_seconds(behind_)));
+  }
+  return all;
 }
 
 }  // namespace choreo::pipeline

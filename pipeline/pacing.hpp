@@ -40,7 +40,8 @@ class PacedSource final : public devices::Source {
 
   [[nodiscard]] const devices::SourceInfo& info() const override { return recording_->info(); }
   [[nodiscard]] devices::FramePtr read(std::stop_token stop) override;
-  [[nodiscard]] std::vector<std::string> warnings() const override { return recording_->warnings(); }
+  /// The recording's, and one more where its last frame came late.
+  [[nodiscard]] std::vector<std::string> warnings() const override;
 
  private:
   std::unique_ptr<devices::Source> recording_;
@@ -49,6 +50,7 @@ class PacedSource final : public devices::Source {
   FrameSelection selection_;
   std::optional<Nanoseconds> origin_;  // The recording's first time.
   std::optional<Nanoseconds> offset_;  // The clock minus the recording's time.
+  Nanoseconds behind_{0};              // How late the last frame was read.
 };
 
 }  // namespace choreo::pipeline

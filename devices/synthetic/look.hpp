@@ -32,7 +32,7 @@ struct Look {
 
 /// Chooses everything. Shirt and hair keep at least 35 grey levels from wall and panel in any light, trousers and shoes
 /// also from the floor; with clothes "wall", shirt and trousers are within 12 of the wall instead, with "near-wall"
-/// they have its hue and are a seventh darker.
+/// they have its hue and are 15 % darker.
 /// @param build, skin, clothes  one of the names above.
 [[nodiscard]] Look choose_look(std::uint64_t seed, const std::string& build, const std::string& skin,
                                const std::string& clothes);

@@ -2,7 +2,6 @@
 // The commands: each declares itself and returns what to run.
 #pragma once
 
-#include <atomic>
 #include <functional>
 
 #include <CLI/CLI.hpp>
@@ -16,8 +15,6 @@ namespace choreo::cli {
 struct Session {
   Console& console;
   Interrupt& interrupt;
-  /// A library lost what it talked to and would wait for it in its own last moments: end without them.
-  std::atomic<bool> skip_farewells{false};
 };
 
 /// Exit statuses; see docs/command-line.md.

@@ -45,7 +45,8 @@ those of analyze: working.rows is 120 and background.from is "first:2s" where
 nothing else is said (--set, --config, --background).
 
   --pace live    as a camera: the newest frame wins, what it overtakes is
-                 counted as dropped; a recording is played at its own time
+                 counted as dropped; a recording is played at its own time,
+                 and where it cannot be read so fast a warning says so
   --pace replay  at its own time at the earliest, and no frame is lost
   --pace max     as fast as it goes, and no frame is lost
 
@@ -54,7 +55,10 @@ time, l prints the latencies. So does the signal SIGUSR1, window or not:
   kill -USR1 $(pidof choreoscope)
 
 With --out DIR the frames that are in the history at the end are written as
-analyze writes them, with the same values to the last bit.
+analyze writes them, and with the same settings to the last bit:
+  choreoscope analyze show.mkv --set working.rows=120 --background first:2s ...
+
+The history takes 5 MB a minute at 30 frames a second and 120 rows of 160.
 
 Examples:
   choreoscope live rehearsal.mp4
@@ -130,10 +134,12 @@ Nanoseconds history_length(const LiveOptions& options) {
   return length;
 }
 
-// A ring that swaps would make every frame wait for the disk.
-void require_memory(const LiveOptions& options, std::uint64_t bytes) {
+// A ring that swaps would make every frame wait for the disk, and one that is killed at the end would leave nothing.
+void require_memory(const LiveOptions& options, std::uint64_t ring) {
+  // With results to write, the rows are compared from a copy that is laid out otherwise.
+  const auto bytes = options.out.empty() ? ring : 3 * ring;
   const auto free = available_memory();
-  if (!free || bytes <= *free) return;
+  if (!free || bytes <= *free / 10 * 8) return;  // The rest is for pictures and everybody else.
   throw usage_error(fmt::format("is {}, which takes {:.1f} GB of memory, and {:.1f} GB are free", options.history,
                                 1e-9 * double(bytes), 1e-9 * double(*free)),
                     "--history", "shorten --history, or lower working.rows with --set");
@@ -156,7 +162,6 @@ std::unique_ptr<outputs::LiveWindow> open_window(const LiveOptions& options, con
   window.on_report = report;
   window.on_lost = [&session](const std::string& why) {
     session.console.warn(why + ": the run goes on without its window");
-    session.skip_farewells = true;
   };
   return std::make_unique<outputs::LiveWindow>(std::move(window));
 }
@@ -191,7 +196,7 @@ int live(const LiveOptions& options, Session& session) {
   const auto report = [&] {
     console.say(latency_heading());
     console.say(latency_line("end to end", monitor.latency()));
-    console.say(latency_line("row, full", row_cost.full()));
+    if (row_cost.full().count > 0) console.say(latency_line("row, full", row_cost.full()));
     console.say(fmt::format("{} frames, {} dropped", monitor.latency().count, monitor.dropped()));
   };
 
@@ -244,17 +249,23 @@ int live(const LiveOptions& options, Session& session) {
   // failed, which then lacks rows that the history has.
   const auto& ran = summary.run.stages;
   const bool whole = ran[ran.size() - 2].frames == ran.back().frames && history.size() == record.rows().size();
-  if (files && whole && history.size() > 0) {
+  summary.sudden_changes_s = record.sudden_changes_s();
+  summary.inferred = record.inferred();
+  const auto gathered = [&]() -> Gathered {
+    return {record.rows(), {}, record.bodies(), record.cut_bodies(), prepared.source->warnings()};
+  };
+  if (!files && history.size() > 0) {
+    sum_up(summary, settings, gathered());
+    tell_frames(summary, console);
+  } else if (files && whole && history.size() > 0) {
     std::vector<std::unique_ptr<const body::MaskState>> states;
     for (std::size_t age = 0; age < history.size(); ++age) states.push_back(history.state(age));
     const similarity::MaskComparer comparer(states, prepared.kernel);
+    states.clear();
     summary.canvas = comparer.canvas();
-    summary.sudden_changes_s = record.sudden_changes_s();
-    summary.inferred = record.inferred();
-    write_results(summary, config, comparer,
-                  {record.rows(), record.thumbnails().chosen(record.rows().front().time_s), record.bodies(),
-                   record.cut_bodies(), prepared.source->warnings()},
-                  nullptr, *files, session, clock);
+    auto results = gathered();
+    results.thumbnails = record.thumbnails().chosen(results.rows.front().time_s);
+    write_results(summary, config, comparer, std::move(results), nullptr, *files, session, clock);
     tell_results(summary, *files, console);
   }
   if (summary.run.problem) std::rethrow_exception(summary.run.problem);
@@ -275,12 +286,16 @@ void declare_live(CLI::App& app, Command& chosen) {
   command->add_option("--pace", options->pace, "live, replay or max; see below (default live)")->type_name("PACE");
   command->add_option("--history", options->history, "how far back a frame is compared (1s to 24h, default 10min)")
       ->type_name("T");
-  command->add_flag("--headless", options->headless, "no window");
-  command->add_flag("--full-screen", options->full_screen, "the window fills the screen, for a projector");
-  command->add_option("--out", options->out, "the folder to write to at the end; made where it is missing")
-      ->type_name("DIR");
+  auto* headless = command->add_flag("--headless", options->headless, "no window");
+  command->add_flag("--full-screen", options->full_screen, "the window fills the screen, for a projector")
+      ->excludes(headless);
+  auto* out = command->add_option("--out", options->out, "the folder to write to at the end; made where it is missing")
+                  ->type_name("DIR");
   command->footer(kManual);
-  command->callback([options, &chosen] { chosen = [options](Session& session) { return live(*options, session); }; });
+  command->callback([options, out, &chosen] {
+    if (out->count() > 0 && options->out.empty()) throw usage_error("is empty", "--out", "name the folder to write to");
+    chosen = [options](Session& session) { return live(*options, session); };
+  });
 }
 
 }  // namespace choreo::cli

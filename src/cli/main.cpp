@@ -2,6 +2,7 @@
 // The program: reads the command line, runs the command, turns what went wrong into one line and an exit status.
 #include <algorithm>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <new>
@@ -15,6 +16,7 @@
 
 #include "cli/commands.hpp"
 #include "core/text.hpp"
+#include "outputs/display_loss.hpp"
 
 namespace choreo::cli {
 namespace {
@@ -149,6 +151,10 @@ int main(int argc, char** argv) {
   choreo::cli::Interrupt interrupt;
   choreo::cli::Session session{console, interrupt};
   const int status = choreo::cli::run_program(argc, argv, session);
-  if (session.skip_farewells) std::_Exit(status);
+  if (choreo::outputs::display_is_lost()) {
+    // The display's libraries would say farewell to it and wait for an answer.
+    std::fflush(nullptr);
+    std::_Exit(status);
+  }
   return status;
 }

@@ -7,7 +7,8 @@
 
 namespace choreo::cli {
 
-/// What the system can give without swapping, in bytes (MemAvailable); nothing where it does not say.
+/// What may be taken without swapping, in bytes: what the system has (MemAvailable), and no more than what the
+/// process's control group, such as a container, has left. Nothing where the system does not say.
 [[nodiscard]] std::optional<std::uint64_t> available_memory();
 
 }  // namespace choreo::cli

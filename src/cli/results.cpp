@@ -48,7 +48,10 @@ std::vector<std::string> warnings_of(const Summary& s, const config::Options& se
   if (s.frames == 1) {
     warnings.emplace_back("there is only one frame: nothing to compare it with");
   } else if (gathered.bodies == 0) {
-    warnings.emplace_back("no body was ever seen: Z and Z* are all NaN (see mask.threshold and mask.min_body_percent)");
+    warnings.emplace_back(
+        "no body was ever seen: Z and Z* are all NaN; somebody who never moves is taken for the wall: give a plate "
+        "with "
+        "--background, or see mask.threshold and mask.min_body_percent");
   } else {
     if (s.background.uncertain()) {
       warnings.push_back(fmt::format(
@@ -79,7 +82,8 @@ outputs::PlotOptions plot_options(const Summary& s, const config::PlotSettings& 
   if (options.title.empty() || s.source.name.find("://") != std::string::npos) options.title = s.source.name;
   if (s.background.uncertain()) {
     options.subtitle =
-        fmt::format("uncertain background: {:.0f} % of the body before wall never seen", 100.0 * s.background.unseen);
+        fmt::format("uncertain background: {:.0f} % of the body before wall never seen, {:.0f} % decided by inference",
+                    100.0 * s.background.unseen, 100.0 * s.inferred);
   }
   return options;
 }
@@ -162,13 +166,7 @@ void write_results(Summary& summary, const config::Config& config, const similar
   console.finish_progress();
   summary.plots_wall = clock.now() - start;
 
-  summary.frames = n;
-  summary.frames_without_body = n - gathered.bodies;
-  summary.frames_with_body_cut = gathered.cut_bodies;
-  summary.first_time_s = times.front();
-  summary.last_time_s = times.back();
-  summary.interrupted = summary.run.interrupted;
-  summary.warnings = warnings_of(summary, settings, gathered);
+  sum_up(summary, settings, gathered);
   outputs::write_file(files.add("summary.json"), to_json(summary, config));
   if (session.interrupt.now().stop_requested()) throw Interrupted{};
   // What an earlier run wrote and this one did not would belong to another recording.
@@ -178,11 +176,25 @@ void write_results(Summary& summary, const config::Config& config, const similar
   files.commit();
 }
 
-void tell_results(const Summary& summary, const outputs::OutputSet& files, Console& console) {
-  for (const auto& line : timing_table(summary)) console.say(line);
+void sum_up(Summary& summary, const config::Options& settings, const Gathered& gathered) {
+  summary.frames = gathered.rows.size();
+  summary.frames_without_body = summary.frames - gathered.bodies;
+  summary.frames_with_body_cut = gathered.cut_bodies;
+  summary.first_time_s = gathered.rows.front().time_s;
+  summary.last_time_s = gathered.rows.back().time_s;
+  summary.interrupted = summary.run.interrupted;
+  summary.warnings = warnings_of(summary, settings, gathered);
+}
+
+void tell_frames(const Summary& summary, Console& console) {
   for (const auto& warning : summary.warnings) console.warn(warning);
   fmt::print("{} frame{}, {} with a body\n", summary.frames, summary.frames == 1 ? "" : "s",
              summary.frames - summary.frames_without_body);
+}
+
+void tell_results(const Summary& summary, const outputs::OutputSet& files, Console& console) {
+  for (const auto& line : timing_table(summary)) console.say(line);
+  tell_frames(summary, console);
   for (const auto& name : summary.files) fmt::print("{}\n", (files.folder() / name).string());
 }
 

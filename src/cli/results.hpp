@@ -46,6 +46,13 @@ void write_results(Summary& summary, const config::Config& config, const similar
                    Gathered gathered, outputs::NpyPictures* masks, outputs::OutputSet& files, Session& session,
                    const Clock& clock);
 
+/// Fills in what the frames of a run were, and what is to be known of them; part of `write_results`.
+/// @param gathered  with at least one row.
+void sum_up(Summary& summary, const config::Options& settings, const Gathered& gathered);
+
+/// Says on standard error what is to be known, on standard output how many frames had a body.
+void tell_frames(const Summary& summary, Console& console);
+
 /// Says on standard output what was written, on standard error what took how long and what is to be known.
 void tell_results(const Summary& summary, const outputs::OutputSet& files, Console& console);
 

@@ -5,14 +5,19 @@
 #include <SDL_syswm.h>
 #include <dlfcn.h>
 
+#include <atomic>
+
 namespace choreo::outputs {
 namespace {
+
+// Of the process: Xlib may call its handler as late as in the last moments of it.
+std::atomic<bool> lost = false;
 
 #ifdef SDL_VIDEO_DRIVER_X11
 
 int say_nothing(Display* /*display*/) { return 0; }
 
-void mark_lost(Display* /*display*/, void* lost) { *static_cast<bool*>(lost) = true; }
+void mark_lost(Display* /*display*/, void* /*data*/) { lost = true; }
 
 // SDL loads Xlib at run time, and so do we: a machine without it has no use for it.
 template <typename F>
@@ -28,7 +33,9 @@ F* of_xlib(const char* name) {
 
 }  // namespace
 
-void survive_display_loss(SDL_Window* window, bool& lost) {
+bool display_is_lost() { return lost; }
+
+void survive_display_loss(SDL_Window* window) {
 #ifdef SDL_VIDEO_DRIVER_X11
   SDL_SysWMinfo info{};
   SDL_VERSION(&info.version)
@@ -36,11 +43,10 @@ void survive_display_loss(SDL_Window* window, bool& lost) {
   auto* on_exit = of_xlib<void(Display*, void (*)(Display*, void*), void*)>("XSetIOErrorExitHandler");
   auto* on_error = of_xlib<int (*(int (*)(Display*)))(Display*)>("XSetIOErrorHandler");
   if (on_exit == nullptr || on_error == nullptr) return;
-  on_exit(info.info.x11.display, &mark_lost, &lost);
+  on_exit(info.info.x11.display, &mark_lost, nullptr);
   on_error(&say_nothing);
 #else
   (void)window;
-  (void)lost;
 #endif
 }
 

@@ -6,11 +6,13 @@ struct SDL_Window;
 
 namespace choreo::outputs {
 
-/// Makes a window's broken connection to its X server set `lost` instead of ending the process, which is what Xlib does
-/// otherwise. Once it is set nothing more may be asked of the window, not even to be destroyed.
-///
-/// Does nothing for other displays than X11, and where Xlib is older than 1.7.
-/// @param lost  outlives the window; written by the thread that feeds the window.
-void survive_display_loss(SDL_Window* window, bool& lost);
+/// Makes a window's broken connection to its X server known to `display_is_lost` instead of ending the process, which
+/// is what Xlib does otherwise. Does nothing for other displays than X11, and where Xlib is older than 1.7.
+void survive_display_loss(SDL_Window* window);
+
+/// Whether the connection broke. From then on nothing may be asked of the display, not even to destroy its windows; and
+/// its libraries may wait for it for ever as the process ends (Mesa does): end with `std::_Exit`.
+/// @thread thread-safe
+[[nodiscard]] bool display_is_lost();
 
 }  // namespace choreo::outputs

@@ -30,6 +30,7 @@ namespace {
 constexpr int kTriangleWidth = 1200;
 constexpr double kSpans[] = {5, 10, 30, 60, 120, 300, 600, 1800, 3600};
 constexpr double kFirstSpan = 30;
+constexpr auto kDisplayGone = "the display is gone";
 constexpr auto kFrame = std::chrono::milliseconds(33);
 
 struct Destroy {
@@ -125,12 +126,12 @@ class LiveWindow::Impl {
       while (!stop.stop_requested()) {
         const auto next = std::chrono::steady_clock::now() + kFrame;
         handle_events();
-        if (!display_lost_) draw();
-        if (display_lost_) throw failure("the display is gone");
+        if (!display_is_lost()) draw();
+        if (display_is_lost()) throw failure("its last picture was not shown");
         std::this_thread::sleep_until(next);
       }
     } catch (const std::exception& problem) {
-      fall(problem.what());
+      fall(display_is_lost() ? kDisplayGone : problem.what());
     }
     close();
   }
@@ -159,7 +160,7 @@ class LiveWindow::Impl {
     window_.reset(
         SDL_CreateWindow(options_.title.c_str(), SDL_WINDOWPOS_CENTERED, SDL_WINDOWPOS_CENTERED, 1280, 720, flags));
     if (!window_) fail("no window can be opened");
-    survive_display_loss(window_.get(), display_lost_);
+    survive_display_loss(window_.get());
     SDL_SetWindowMinimumSize(window_.get(), 320, 240);
     renderer_.reset(SDL_CreateRenderer(window_.get(), -1, SDL_RENDERER_PRESENTVSYNC));
     if (!renderer_) renderer_.reset(SDL_CreateRenderer(window_.get(), -1, SDL_RENDERER_SOFTWARE));
@@ -169,8 +170,9 @@ class LiveWindow::Impl {
   }
 
   void close() {
-    if (display_lost_) {
-      // Whatever is given back now asks the display first: better to leave it to the end of the process.
+    if (window_) SDL_PumpEvents();  // A display that is gone is found out by asking it.
+    if (display_is_lost()) {
+      // Whatever is given back now would ask the display first: it is left to the end of the process.
       for (auto* p : {&page_, &figures_, &video_, &triangle_}) p->abandon();
       (void)renderer_.release();
       (void)window_.release();
@@ -185,8 +187,10 @@ class LiveWindow::Impl {
 
   void handle_events() {
     SDL_Event event;
-    while (SDL_PollEvent(&event) != 0) {
-      if (event.type == SDL_QUIT) close_once();
+    while (!display_is_lost() && SDL_PollEvent(&event) != 0) {
+      if (event.type == SDL_WINDOWEVENT && event.window.event == SDL_WINDOWEVENT_CLOSE) close_once();
+      // Without the user's closing before it, this is SDL's word for a Wayland display that went away.
+      if (event.type == SDL_QUIT && !closed_) throw failure(kDisplayGone);
       if (event.type == SDL_RENDER_DEVICE_RESET || event.type == SDL_RENDER_TARGETS_RESET) page_size_ = {};
       if (event.type != SDL_KEYDOWN || event.key.repeat != 0) continue;
       switch (event.key.keysym.sym) {
@@ -324,7 +328,6 @@ class LiveWindow::Impl {
   // The window's thread's own.
   bool up_ = false;
   bool closed_ = false;
-  bool display_lost_ = false;
   bool full_screen_ = false;
   bool new_frame_ = false;
   double span_s_ = 0;

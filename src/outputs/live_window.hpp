@@ -23,12 +23,11 @@ struct LiveWindowOptions {
   std::function<void()> on_close;   ///< Called once, from the window's thread, where the user closes it.
   std::function<void()> on_report;  ///< Called from the window's thread where the user asks for the figures (key l).
   /// Called once, from the window's thread, where the window goes though nobody closed it, with the cause in one line.
-  /// The display's libraries may then wait for it for ever as the process ends (Mesa does): end with `std::_Exit`.
   std::function<void(const std::string& why)> on_lost;
 };
 
 /// A window with a thread of its own: whoever shows frames never waits for the display, and where the display goes away
-/// only the window ends.
+/// only the window ends (`display_is_lost`).
 ///
 /// Keys: q or Esc closes, f full screen, + and - change the span of time, l asks for a report.
 /// @thread thread-safe

@@ -28,7 +28,7 @@ constexpr float kSmooth = 6.0F;       // What it costs to part two alike neighbo
 constexpr float kSmoothLeast = 0.3F;  // And two that are not alike.
 constexpr float kMostOutside = 8.0F;  // Against what the moving body is never around.
 constexpr float kSecondWall = 4.0F;   // Against a second colour being the wall too.
-constexpr float kShade = 0.92F;  // A darker colour of the wall's hue is clothes; what shadow it is goes from each mask.
+constexpr float kShade = 0.92F;  // A darker colour of the wall's hue may be clothes; a soft shadow goes from each mask.
 constexpr float kUnit = 1000.0F;  // Of the cut's whole numbers.
 
 float colour_distance(const cv::Vec3b& a, const cv::Vec3b& b) {
@@ -204,8 +204,9 @@ void WallInference::Impl::link_neighbours() {
   }
 }
 
-// What is certain at first: wall is what never moves beside the body's reach. Of the colours of a pixel that are not of
-// one surface in different light the one that is most like that wall is the wall, and the others are the body's.
+// What is certain at first: wall is what never moves beside the body's reach. Of the colours of a pixel the one that is
+// most like that wall is the wall, and the others are the body's, unless they are the same surface lightly shaded or
+// lit.
 void WallInference::Impl::first_odds() {
   const float in_zone = 10 * cv::countNonZero(zone_) > 9 * modes_.size.area() ? 0.3F : 0.0F;
   ColourOdds of_wall;

@@ -115,7 +115,7 @@ TEST(Performer, ClothesCanBeMadeToLookLikeTheWall) {
   EXPECT_EQ(look.skin, other.skin) << "what is set by name does not change the rest";
 }
 
-TEST(Performer, ClothesNearTheWallHaveItsHueAndAreASeventhDarker) {
+TEST(Performer, ClothesNearTheWallHaveItsHueAndAreALittleDarker) {
   const auto look = synthetic::choose_look(3, "auto", "auto", "near-wall");
   for (int c = 0; c < 3; ++c) EXPECT_FLOAT_EQ(look.shirt[c], 0.85F * look.wall[c]);
   EXPECT_GT(synthetic::colour_distance(look.shirt, look.wall), 12);

@@ -104,7 +104,7 @@ TEST_F(Live, WithoutOutNothingIsWritten) {
   there.folder = folder_.path();
   const auto before = files_in(folder_.path());
   const auto run = live(kClip, {"--pace", "max"}, 0, there);
-  EXPECT_EQ(run.out, "");
+  EXPECT_EQ(run.out, "120 frames, 90 with a body\n");
   EXPECT_EQ(files_in(folder_.path()), before);
 }
 
@@ -125,12 +125,14 @@ TEST_F(Live, CtrlCWritesWhatIsInTheHistory) {
 TEST_F(Live, ASignalAsksForTheLatencies) {
   RunOptions options;
   options.started = [](int process) {
-    std::this_thread::sleep_for(std::chrono::seconds(3));
-    ::kill(process, SIGUSR1);
-    std::this_thread::sleep_for(std::chrono::seconds(1));
-    ::kill(process, SIGINT);
+    for (int k = 0; k < 8; ++k) {
+      std::this_thread::sleep_for(std::chrono::seconds(1));
+      ::kill(process, k == 7 ? SIGINT : SIGUSR1);
+    }
   };
-  const auto run = live(kEmptyFirst, {}, 130, options);
+  const auto run =
+      live("synthetic://jumping-jacks?size=160x120&fps=30&duration=60&empty=1", {"--history", "1s"}, 130, options);
+  EXPECT_THAT(run.err_lines("end to end"), SizeIs(testing::Ge(2))) << "for the signals, and at the end";
   EXPECT_THAT(run.err, HasSubstr("row, full"));
 }
 
@@ -174,6 +176,18 @@ TEST_F(Live, RefusesWhatMakesNoSense) {
   EXPECT_THAT(refuse({"--history", "25h"}), HasSubstr("1s to 24h"));
   EXPECT_THAT(refuse({"--history", "long"}), HasSubstr("--history"));
   EXPECT_THAT(refuse({"--span", "100:200"}), HasSubstr("no frame"));
+}
+
+TEST_F(Live, WithoutFilesItSaysAllTheSameWhatIsToBeKnown) {
+  const auto run = live("synthetic://jumping-jacks?size=160x120&fps=15&duration=4&empty=0", {"--pace", "max"});
+  EXPECT_THAT(run.err, HasSubstr("the background is uncertain"));
+  EXPECT_EQ(run.out, "60 frames, 60 with a body\n");
+}
+
+TEST_F(Live, OptionsThatCannotMeanAnythingAreRefused) {
+  EXPECT_THAT(complaint_of(choreoscope({"live", kQuick, "--headless", "--out", ""}), 2), HasSubstr("--out: is empty"));
+  EXPECT_THAT(complaint_of(choreoscope({"live", kQuick, "--headless", "--full-screen"}), 2),
+              HasSubstr("--full-screen"));
 }
 
 TEST_F(Live, AHistoryThatExceedsTheMemoryIsRefusedBeforeTheRun) {

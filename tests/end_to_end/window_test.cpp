@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Live runs with a window on a real X server.
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -19,18 +20,21 @@ using ::testing::Not;
 #define NEEDS(server) \
   if ((server).display().empty()) GTEST_SKIP() << "Xvfb cannot be started; it is in script/packages.txt"
 
-// Until a thread of the process has that name, at most some seconds.
-void wait_for_thread(int process, const std::string& name) {
+// Waits until a thread of the process has that name. @return false where it ended without, or after half a minute.
+bool wait_for_thread(int process, const std::string& name) {
   namespace fs = std::filesystem;
   for (int i = 0; i < 600; ++i) {
     std::error_code gone;
-    for (const auto& task : fs::directory_iterator("/proc/" + std::to_string(process) + "/task", gone)) {
+    fs::directory_iterator task("/proc/" + std::to_string(process) + "/task", gone);
+    for (; !gone && task != fs::directory_iterator(); task.increment(gone)) {
       std::string comm;
-      std::ifstream(task.path() / "comm") >> comm;
-      if (comm == name) return;
+      std::ifstream(task->path() / "comm") >> comm;
+      if (comm == name) return true;
     }
+    if (gone) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
+  return false;
 }
 
 class LiveOnADisplay : public RefusalTest {
@@ -45,8 +49,17 @@ class LiveOnADisplay : public RefusalTest {
 TEST_F(LiveOnADisplay, ShowsItsWindowAndEndsByItself) {
   const XServer server;
   NEEDS(server);
-  const auto run = live(server, "synthetic://walking?size=160x120&fps=15&duration=2");
+  std::atomic<bool> had_a_window = false;
+  std::jthread witness;
+  RunOptions options;
+  options.started = [&](int process) {
+    witness = std::jthread([&had_a_window, process] { had_a_window = wait_for_thread(process, "window"); });
+  };
+  const auto run = live(server, "synthetic://walking?size=160x120&fps=15&duration=2", options);
+  witness.join();
+  EXPECT_TRUE(had_a_window);
   EXPECT_EQ(run.status, 0) << run.told();
+  EXPECT_THAT(run.err, Not(HasSubstr("no display"))) << run.told();
   EXPECT_THAT(run.err, Not(HasSubstr("window"))) << run.told();
 }
 
@@ -57,9 +70,9 @@ TEST_F(LiveOnADisplay, WhereTheDisplayGoesAwayOnlyTheWindowEnds) {
   RunOptions options;
   options.started = [&](int process) {
     saboteur = std::jthread([&server, process] {
-      wait_for_thread(process, "picture");  // The stages start when the window is there.
+      if (!wait_for_thread(process, "picture")) return;  // The stages start when the window is there.
       std::this_thread::sleep_for(std::chrono::milliseconds(500));
-      server.stop();
+      server.crash();
     });
   };
   const auto run = live(server, "synthetic://walking?size=160x120&fps=15&duration=8", options);

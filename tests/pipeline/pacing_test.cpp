@@ -55,6 +55,18 @@ class Paced : public ::testing::Test {
   Nanoseconds work_{0};
 };
 
+TEST_F(Paced, ARecordingThatFallsBehindSaysSoAndOneThatCatchesUpDoesNot) {
+  const auto warnings_after = [&](Nanoseconds last) {
+    PacedSource source(std::make_unique<ListedSource>(std::vector{frame_at(0, 0s), frame_at(1, last)}), clock_, wait());
+    (void)source.read({});
+    clock_.advance(1s);  // Somebody is busy.
+    (void)source.read({});
+    return source.warnings();
+  };
+  EXPECT_THAT(warnings_after(100ms), ElementsAre(testing::_, testing::HasSubstr("came 0.9 s late")));
+  EXPECT_THAT(warnings_after(2s), ElementsAre(testing::_)) << "the recording's own alone";
+}
+
 TEST_F(Paced, FramesComeAsFarApartAsTheirTimeStamps) {
   clock_.advance(1000s);
   EXPECT_THAT(given_at({frame_at(0, 7s), frame_at(1, 7s + 33ms), frame_at(2, 8s)}),

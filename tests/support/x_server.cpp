@@ -32,12 +32,17 @@ XServer::XServer() {
     display_ = ":" + std::to_string(std::atoi(text.data()));
   }
   ::close(number[0]);
-  if (display_.empty()) stop();
+  if (display_.empty()) end(SIGKILL);
 }
 
-void XServer::stop() {
+// In an orderly way: it takes its lock file with it.
+XServer::~XServer() { end(SIGTERM); }
+
+void XServer::crash() { end(SIGKILL); }
+
+void XServer::end(int signal) {
   if (process_ <= 0) return;
-  ::kill(process_, SIGKILL);
+  ::kill(process_, signal);
   ::waitpid(process_, nullptr, 0);
   process_ = 0;
 }

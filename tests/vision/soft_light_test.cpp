@@ -197,11 +197,11 @@ TEST(WithoutPartsOfLight, ASmallPartOutsideTheReachGoesWhateverItsColour) {
 }
 
 TEST(WithoutPartsOfLight, TheLargestPartStaysEvenIfItLooksLikeTheWall) {
-  const auto wall = textured_wall(kSize);
-  const auto mask = figure_mask(kSize, {80, 60}, 100);
-  EXPECT_TRUE(same_bytes(without_parts_of_light(mask, test::in_light(wall, 0.8), wall, {}), mask));
+  TwoParts scene(cv::Mat(kSize, CV_8UC3, cv::Scalar(30, 160, 40)));
+  test::in_light(scene.wall, 0.8)(scene.body).copyTo(scene.picture(scene.body));
+  EXPECT_TRUE(same_bytes(without_parts_of_light(scene.mask, scene.picture, scene.wall, {}), scene.mask));
   const cv::Mat nobody = cv::Mat::zeros(kSize, CV_8UC1);
-  EXPECT_TRUE(same_bytes(without_parts_of_light(nobody, wall, wall, {}), nobody));
+  EXPECT_TRUE(same_bytes(without_parts_of_light(nobody, scene.wall, scene.wall, {}), nobody));
 }
 
 TEST(SameSurface, IsOneRatioForAllChannelsWithinLimits) {
