@@ -70,7 +70,9 @@ using Stages = std::vector<std::unique_ptr<Stage>>;
 class Conductor {
  public:
   Conductor(const Stages& stages, const Clock& clock, RunMonitor* monitor, RunReport& report)
-      : stages_(stages), clock_(clock), monitor_(monitor), report_(report), latencies_(stages.size()) {}
+      : stages_(stages), clock_(clock), monitor_(monitor != nullptr ? *monitor : own_monitor_), report_(report) {
+    monitor_.begin(stages);
+  }
 
   /// @thread one a stage; each only touches what belongs to its stages.
   void process(std::size_t s, Observation& observation) {
@@ -81,26 +83,24 @@ class Conductor {
     }
     ++stats.frames;
     const auto now = clock_.now();
-    latencies_[s].add(now - observation.passed);
+    monitor_.passed_stage(s, now - observation.passed);
     observation.passed = now;
-    if (s + 1 < stages_.size()) return;
-    whole_.add(now - observation.arrived);
-    if (monitor_ != nullptr) monitor_->passed(now - observation.arrived);
+    if (s + 1 == stages_.size()) monitor_.passed(now - observation.arrived);
   }
 
   void finish() {
-    for (std::size_t s = 0; s < stages_.size(); ++s) report_.stages[s + 1].latency = latencies_[s].summary();
-    report_.latency = whole_.summary();
+    const auto latencies = monitor_.stages();
+    for (std::size_t s = 0; s < stages_.size(); ++s) report_.stages[s + 1].latency = latencies[s].latency;
+    report_.latency = monitor_.latency();
     report_.frames = report_.stages.back().frames;
   }
 
  private:
   const Stages& stages_;
   const Clock& clock_;
-  RunMonitor* monitor_;
+  RunMonitor own_monitor_;  // Where nobody else watches.
+  RunMonitor& monitor_;
   RunReport& report_;
-  std::vector<LatencyHistogram> latencies_;
-  LatencyHistogram whole_;
 };
 
 ObservationPtr read_next(Reader& reader, const Clock& clock, const std::stop_token& stop, StageStats& stats) {
@@ -207,6 +207,21 @@ void run_threaded(Reader& reader, const Stages& stages, const std::vector<Group>
 }
 
 }  // namespace
+
+void RunMonitor::begin(const std::vector<std::unique_ptr<Stage>>& stages) {
+  auto watched = std::make_unique<std::deque<Watched>>();
+  for (const auto& stage : stages) watched->emplace_back(stage->name());
+  const std::scoped_lock lock(mutex_);
+  stages_ = std::move(watched);
+}
+
+std::vector<StageLatency> RunMonitor::stages() const {
+  const std::scoped_lock lock(mutex_);
+  std::vector<StageLatency> all;
+  if (!stages_) return all;
+  for (const auto& stage : *stages_) all.push_back({stage.name, stage.histogram.summary()});
+  return all;
+}
 
 RunReport run(devices::Source& source, const FrameSelection& selection,
               const std::vector<std::unique_ptr<Stage>>& stages, const RunnerOptions& options, const Clock& clock,

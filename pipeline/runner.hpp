@@ -5,10 +5,13 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <exception>
 #include <memory>
+#include <mutex>
 #include <stop_token>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/time.hpp"
@@ -53,17 +56,33 @@ struct RunReport {
   std::exception_ptr problem;  ///< What ended the run early; null if nothing did.
 };
 
+struct StageLatency {
+  std::string name;
+  Latency latency;  ///< As of StageStats.
+};
+
 /// Watches a run while it goes on.
 /// @thread thread-safe
 class RunMonitor {
  public:
+  /// Before the first frame: the stages in order.
+  void begin(const std::vector<std::unique_ptr<Stage>>& stages);
+  void passed_stage(std::size_t stage, Nanoseconds latency) { (*stages_)[stage].histogram.add(latency); }
   void passed(Nanoseconds latency) { latency_.add(latency); }
   void dropped(std::uint64_t so_far) { dropped_.store(so_far, std::memory_order_relaxed); }
 
+  [[nodiscard]] std::vector<StageLatency> stages() const;               ///< None before the run begins.
   [[nodiscard]] Latency latency() const { return latency_.summary(); }  ///< Its count is that of the frames.
   [[nodiscard]] std::uint64_t dropped() const { return dropped_.load(std::memory_order_relaxed); }
 
  private:
+  struct Watched {
+    explicit Watched(std::string n) : name(std::move(n)) {}
+    std::string name;
+    LatencyHistogram histogram;
+  };
+  mutable std::mutex mutex_;  // Of the pointer; what it points to stays.
+  std::unique_ptr<std::deque<Watched>> stages_;
   LatencyHistogram latency_;
   std::atomic<std::uint64_t> dropped_{0};
 };

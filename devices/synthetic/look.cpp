@@ -158,7 +158,8 @@ Look choose_look(std::uint64_t seed, const std::string& build, const std::string
     for (const auto& shirt : shirts()) colours.push_back(shirt.colour);
     look.shirt = choose(6, colours, {look.wall, look.panel});
   } else {
-    look.shirt = shirts()[index_of(clothes_names(), clothes) - 3].colour;
+    const auto named = [&](const auto& shirt) { return shirt.name == clothes; };
+    look.shirt = std::find_if(shirts().begin(), shirts().end(), named)->colour;
   }
   return look;
 }

@@ -195,6 +195,7 @@ int live(const LiveOptions& options, Session& session) {
   pipeline::RunMonitor monitor;
   const auto report = [&] {
     console.say(latency_heading());
+    for (const auto& [name, latency] : monitor.stages()) console.say(latency_line(name, latency));
     console.say(latency_line("end to end", monitor.latency()));
     if (row_cost.full().count > 0) console.say(latency_line("row, full", row_cost.full()));
     console.say(fmt::format("{} frames, {} dropped", monitor.latency().count, monitor.dropped()));

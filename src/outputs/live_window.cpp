@@ -127,7 +127,7 @@ class LiveWindow::Impl {
         const auto next = std::chrono::steady_clock::now() + kFrame;
         handle_events();
         if (!display_is_lost()) draw();
-        if (display_is_lost()) throw failure("its last picture was not shown");
+        if (display_is_lost()) throw failure(kDisplayGone);
         std::this_thread::sleep_until(next);
       }
     } catch (const std::exception& problem) {

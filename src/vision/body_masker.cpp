@@ -246,8 +246,8 @@ bool BodyMasker::relearn(const cv::Mat& picture, double time_s) {
   background_.convertTo(running_, CV_32F);
   last_mask_ = cv::Mat();
   forget_inference();
-  last_lit_ =
-      background_.clone();  // Should the scene have changed again meanwhile, the next picture is seen to be another.
+  // Should the scene have changed again meanwhile, the next picture is seen to be another.
+  last_lit_ = background_.clone();
   learning_.clear();
   learning_since_s_.reset();
   return false;

@@ -133,6 +133,7 @@ TEST_F(Live, ASignalAsksForTheLatencies) {
   const auto run =
       live("synthetic://jumping-jacks?size=160x120&fps=30&duration=60&empty=1", {"--history", "1s"}, 130, options);
   EXPECT_THAT(run.err_lines("end to end"), SizeIs(testing::Ge(2))) << "for the signals, and at the end";
+  EXPECT_THAT(run.err_lines("compare "), SizeIs(testing::Ge(2))) << "and so are the stages";
   EXPECT_THAT(run.err, HasSubstr("row, full"));
 }
 

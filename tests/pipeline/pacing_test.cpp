@@ -136,6 +136,9 @@ TEST_P(NewestWins, WhatIsOvertakenIsCountedAndTheRestGoesTheWholeWay) {
   EXPECT_EQ(report.stages[0].frames, report.frames + 28) << "no frame is lost uncounted";
   EXPECT_EQ(monitor.dropped(), 28u);
   EXPECT_EQ(monitor.latency().count, 2u);
+  ASSERT_THAT(monitor.stages(), testing::SizeIs(2));
+  EXPECT_EQ(monitor.stages()[0].name, "slow");
+  EXPECT_EQ(monitor.stages()[1].latency.count, 2u);
 }
 
 TEST(RunLatency, IsKeptFromStageToStageAndFromEndToEnd) {
