@@ -41,6 +41,7 @@ class OrientedSource final : public Source {
     if (!frame) return nullptr;
     auto turned = std::make_shared<Frame>(*frame);
     turned->bgr = oriented(frame->bgr, orientation_);
+    if (!frame->depth.empty()) turned->depth = oriented(frame->depth, orientation_);
     return turned;
   }
 

@@ -33,6 +33,18 @@ Orientation take_orientation(SettingReader& settings) {
 
 }  // namespace
 
+Driver absent_driver(std::string scheme, std::string summary, std::string remedy) {
+  Driver driver;
+  driver.scheme = scheme;
+  driver.summary = std::move(summary);
+  const auto trouble = fmt::format("this build knows no {}", scheme);
+  driver.open = [trouble, remedy](const SourceUri& uri, SettingReader&, const OpenOptions&) -> std::unique_ptr<Source> {
+    throw usage_error(fmt::format("source \"{}\": {}", uri.text, trouble), {}, remedy);
+  };
+  driver.list = [trouble, remedy] { return DeviceList{{}, trouble, remedy}; };
+  return driver;
+}
+
 void Registry::add(Driver driver) { drivers_.push_back(std::move(driver)); }
 
 const Driver* Registry::find(std::string_view scheme) const {
@@ -45,6 +57,13 @@ const Driver* Registry::find(std::string_view scheme) const {
   return nullptr;
 }
 
+std::string Registry::scheme_of_path(const std::string& path, bool is_folder) const {
+  for (const auto& driver : drivers_) {
+    if (driver.claims && driver.claims(path)) return driver.scheme;
+  }
+  return is_folder ? "folder" : "file";
+}
+
 std::unique_ptr<Source> Registry::open(const std::string& source, const OpenOptions& options) const {
   auto uri = parse_source_uri(source, path_exists);
   if (uri.scheme.empty() || uri.scheme == "file") {
@@ -55,7 +74,7 @@ std::unique_ptr<Source> Registry::open(const std::string& source, const OpenOpti
                         "a source is a video file, a folder of numbered images, or a URI such as synthetic://walking");
     }
     if (problem) throw usage_error(fmt::format("\"{}\" cannot be read: {}", uri.location, problem.message()));
-    uri.scheme = std::filesystem::is_directory(status) ? "folder" : "file";
+    uri.scheme = scheme_of_path(uri.location, std::filesystem::is_directory(status));
   }
   const auto* driver = find(uri.scheme);
   if (driver == nullptr) {

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "devices/device_list.hpp"
+#include "devices/device_state.hpp"
 #include "devices/source.hpp"
 #include "devices/source_uri.hpp"
 
@@ -14,8 +16,10 @@ namespace choreo::devices {
 
 /// What a driver is told beside the SOURCE itself.
 struct OpenOptions {
-  int threads = 0;       ///< Decoder threads; 0 lets the driver choose. Never changes what is delivered.
-  std::stop_token stop;  ///< Ends a wait inside opening or reading.
+  int threads = 0;              ///< Decoder threads; 0 lets the driver choose. Never changes what is delivered.
+  std::stop_token stop = {};    ///< Ends a wait inside opening or reading.
+  OnDeviceEvent on_event = {};  ///< Told what becomes of a device; may be empty.
+  bool keep_raw = false;        ///< Frames carry what the device gave (Frame::raw_colour, raw_depth).
 };
 
 /// One kind of source.
@@ -25,9 +29,16 @@ struct Driver {
   std::string example;                    ///< A SOURCE one could type.
   std::string summary;                    ///< One line.
   std::function<std::unique_ptr<Source>(const SourceUri&, SettingReader&, const OpenOptions&)> open;
+  std::function<DeviceList()> list = {};  ///< What is plugged in; empty for drivers of files.
+  /// Whether a plain path that exists is this driver's: one quick look, no error. May be empty.
+  std::function<bool(const std::string& path)> claims = {};
 };
 
-/// The drivers by scheme. A plain path goes to "folder" where it is a folder and to "file" otherwise.
+/// Stands for a driver that this build lacks: opening says so and what to install.
+[[nodiscard]] Driver absent_driver(std::string scheme, std::string summary, std::string remedy);
+
+/// The drivers by scheme. A plain path goes to the first driver that claims it; else to "folder" where it is a folder
+/// and to "file" otherwise.
 ///
 /// Every source honours `rotate=0|90|180|270` (clockwise degrees) and `flip=none|horizontal|vertical|both`, applied
 /// after the file's own orientation, the rotation first.
@@ -43,6 +54,7 @@ class Registry {
 
  private:
   [[nodiscard]] const Driver* find(std::string_view scheme) const;
+  [[nodiscard]] std::string scheme_of_path(const std::string& path, bool is_folder) const;
 
   std::vector<Driver> drivers_;
 };

@@ -199,6 +199,12 @@ std::string SettingReader::take_text(const std::string& key, std::string fallbac
   return take(key).value_or(std::move(fallback));
 }
 
+std::map<std::string, std::string> SettingReader::take_rest() {
+  std::map<std::string, std::string> rest(settings_.begin(), settings_.end());
+  settings_.clear();
+  return rest;
+}
+
 void SettingReader::refuse_the_rest() const {
   if (settings_.empty()) return;
   const auto& key = settings_.begin()->first;

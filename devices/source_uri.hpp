@@ -40,6 +40,9 @@ class SettingReader {
                                         std::span<const std::string> choices);
   [[nodiscard]] std::string take_text(const std::string& key, std::string fallback);
 
+  /// All that no other take_ function has asked for: settings whose names only the device knows.
+  [[nodiscard]] std::map<std::string, std::string> take_rest();
+
   /// @throws Error (usage) where a setting was given that no take_ function asked for, naming the nearest known one.
   void refuse_the_rest() const;
 

@@ -10,9 +10,9 @@
 
 #include "core/error.hpp"
 #include "core/text.hpp"
-#include "devices/video_file/picture.hpp"
+#include "devices/media/picture.hpp"
+#include "devices/media/video_stream.hpp"
 #include "devices/video_file/timeline.hpp"
-#include "devices/video_file/video_stream.hpp"
 
 namespace choreo::devices {
 namespace {

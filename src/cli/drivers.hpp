@@ -2,10 +2,12 @@
 // Every driver of this build.
 #pragma once
 
+#include "core/time.hpp"
 #include "devices/registry.hpp"
 
 namespace choreo::cli {
 
-[[nodiscard]] devices::Registry all_drivers();
+/// @param clock  the host's monotonic clock, which outlives every source.
+[[nodiscard]] devices::Registry all_drivers(const Clock& clock);
 
 }  // namespace choreo::cli

@@ -32,7 +32,7 @@ Preparation::Preparation(const SourceOptions& options, const config::Options& se
       settings_(settings),
       session_(session),
       clock_(clock),
-      registry_(all_drivers()),
+      registry_(all_drivers(clock)),
       cores_(tbb::global_control::max_allowed_parallelism, std::size_t(threads_of(options))),
       spec_(pipeline::parse_background(settings.background)) {
   summary.threads = threads_of(options);

@@ -4,7 +4,7 @@
 
 #include <gmock/gmock.h>
 
-#include "devices/video_file/ffv1_check.hpp"
+#include "devices/media/ffv1_check.hpp"
 #include "devices/video_fixture.hpp"
 
 namespace choreo::devices {

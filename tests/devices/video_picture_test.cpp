@@ -6,7 +6,7 @@
 
 #include <gmock/gmock.h>
 
-#include "devices/video_file/picture.hpp"
+#include "devices/media/picture.hpp"
 #include "devices/video_fixture.hpp"
 
 namespace choreo::devices {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "devices/video_file/video_stream.hpp"
+#include "devices/media/video_stream.hpp"
 
 #include <algorithm>
 #include <array>

@@ -6,8 +6,8 @@
 
 #include <opencv2/core/mat.hpp>
 
+#include "devices/media/libav.hpp"
 #include "devices/oriented_source.hpp"
-#include "devices/video_file/libav.hpp"
 
 namespace choreo::devices {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "devices/video_file/picture.hpp"
+#include "devices/media/picture.hpp"
 
 #include <algorithm>
 #include <array>

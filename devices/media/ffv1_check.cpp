@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "devices/video_file/ffv1_check.hpp"
+#include "devices/media/ffv1_check.hpp"
 
 extern "C" {
 #include <libavutil/crc.h>

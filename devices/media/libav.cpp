@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "devices/video_file/libav.hpp"
+#include "devices/media/libav.hpp"
 
 #include <array>
 #include <cstdarg>

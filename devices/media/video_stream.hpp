@@ -8,10 +8,10 @@
 #include <stop_token>
 #include <string>
 
+#include "devices/media/byte_input.hpp"
+#include "devices/media/ffv1_check.hpp"
+#include "devices/media/libav.hpp"
 #include "devices/registry.hpp"
-#include "devices/video_file/byte_input.hpp"
-#include "devices/video_file/ffv1_check.hpp"
-#include "devices/video_file/libav.hpp"
 
 namespace choreo::devices {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "devices/video_file/byte_input.hpp"
+#include "devices/media/byte_input.hpp"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -13,7 +13,7 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
-#include "devices/video_file/libav.hpp"
+#include "devices/media/libav.hpp"
 
 namespace choreo::devices {
 namespace {

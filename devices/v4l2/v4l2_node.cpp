@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "devices/v4l2/v4l2_node.hpp"
+
+#include <fcntl.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <filesystem>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+#include "devices/device_state.hpp"
+
+namespace choreo::devices::v4l2 {
+namespace {
+
+namespace fs = std::filesystem;
+
+template <std::size_t N>
+std::string text_of(const __u8 (&bytes)[N]) {
+  return {reinterpret_cast<const char*>(bytes), std::size_t(std::find(bytes, bytes + N, 0) - bytes)};
+}
+
+std::vector<FrameRate> rates_of(const Node& node, std::uint32_t fourcc, std::uint32_t width, std::uint32_t height) {
+  std::vector<FrameRate> rates;
+  v4l2_frmivalenum interval{};
+  interval.pixel_format = fourcc;
+  interval.width = width;
+  interval.height = height;
+  for (; node.call(VIDIOC_ENUM_FRAMEINTERVALS, &interval) == 0; ++interval.index) {
+    if (interval.type == V4L2_FRMIVAL_TYPE_DISCRETE) {
+      rates.push_back({interval.discrete.numerator, interval.discrete.denominator});
+      continue;
+    }
+    rates.push_back({interval.stepwise.min.numerator, interval.stepwise.min.denominator});
+    rates.push_back({interval.stepwise.max.numerator, interval.stepwise.max.denominator});
+    break;
+  }
+  std::stable_sort(rates.begin(), rates.end(), [](auto& a, auto& b) { return a.fps() > b.fps(); });
+  return rates;
+}
+
+}  // namespace
+
+Node::Node(std::string path) : path_(std::move(path)) {
+  fd_ = ::open(path_.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  if (fd_ >= 0) return;
+  const int cause = errno;
+  const auto told = fmt::format("\"{}\" cannot be opened: {}", path_, std::generic_category().message(cause));
+  if (cause == EACCES || cause == EPERM) {
+    throw usage_error(told, {}, "add yourself to the group video (sudo usermod -aG video $USER) and log in again");
+  }
+  throw DeviceLost(told);
+}
+
+Node::~Node() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+int Node::call(unsigned long request, void* argument) const {
+  while (::ioctl(fd_, request, argument) != 0) {
+    if (errno != EINTR) return errno;
+  }
+  return 0;
+}
+
+std::optional<Identity> identity_of(const Node& node) {
+  v4l2_capability told{};
+  if (node.call(VIDIOC_QUERYCAP, &told) != 0) return std::nullopt;
+  const auto can = (told.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? told.device_caps : told.capabilities;
+  if ((can & V4L2_CAP_VIDEO_CAPTURE) == 0 || (can & V4L2_CAP_STREAMING) == 0) return std::nullopt;
+  return Identity{text_of(told.card), text_of(told.bus_info), text_of(told.driver)};
+}
+
+std::vector<Mode> modes_of(const Node& node) {
+  std::vector<Mode> modes;
+  v4l2_fmtdesc format{};
+  format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  for (; node.call(VIDIOC_ENUM_FMT, &format) == 0; ++format.index) {
+    const auto add = [&](std::uint32_t width, std::uint32_t height) {
+      modes.push_back({format.pixelformat, width, height, rates_of(node, format.pixelformat, width, height)});
+    };
+    v4l2_frmsizeenum size{};
+    size.pixel_format = format.pixelformat;
+    for (; node.call(VIDIOC_ENUM_FRAMESIZES, &size) == 0; ++size.index) {
+      if (size.type == V4L2_FRMSIZE_TYPE_DISCRETE) {
+        add(size.discrete.width, size.discrete.height);
+        continue;
+      }
+      add(size.stepwise.min_width, size.stepwise.min_height);
+      add(size.stepwise.max_width, size.stepwise.max_height);
+      break;
+    }
+  }
+  return modes;
+}
+
+std::vector<std::string> video_nodes() {
+  std::vector<std::pair<int, std::string>> found;
+  std::error_code problem;
+  for (const auto& entry : fs::directory_iterator("/dev", problem)) {
+    const auto name = entry.path().filename().string();
+    constexpr std::string_view kStart = "video";
+    if (!name.starts_with(kStart)) continue;
+    int number = 0;
+    const auto* end = name.data() + name.size();
+    const auto parsed = std::from_chars(name.data() + kStart.size(), end, number);
+    if (parsed.ec == std::errc() && parsed.ptr == end) found.emplace_back(number, entry.path().string());
+  }
+  std::sort(found.begin(), found.end());
+  std::vector<std::string> paths;
+  for (auto& [number, path] : found) paths.push_back(std::move(path));
+  return paths;
+}
+
+std::string stable_path(const std::string& path) {
+  for (const auto* folder : {"/dev/v4l/by-id", "/dev/v4l/by-path"}) {
+    std::error_code problem;
+    for (const auto& link : fs::directory_iterator(folder, problem)) {
+      std::error_code dangling;
+      if (fs::equivalent(link.path(), path, dangling)) return link.path().string();
+    }
+  }
+  return path;
+}
+
+}  // namespace choreo::devices::v4l2

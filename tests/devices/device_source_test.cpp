@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: Apache-2.0
+// A device that goes away, comes back, stays silent or is another one: what the source makes of it.
+#include "devices/device_source.hpp"
+
+#include <deque>
+#include <thread>
+#include <vector>
+
+#include <gmock/gmock.h>
+
+#include "core/error.hpp"
+#include "support/frames.hpp"
+
+namespace choreo::devices {
+namespace {
+
+using std::chrono::milliseconds;
+using ::testing::Each;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+class SimulatedClock final : public Clock {
+ public:
+  [[nodiscard]] Nanoseconds now() const override { return now_; }
+  void advance(Nanoseconds by) { now_ += by; }
+
+ private:
+  Nanoseconds now_ = std::chrono::hours(1);
+};
+
+/// What a device does when it is asked for a frame.
+enum class Act { kFrame, kSilent, kVanish };
+
+/// A device that follows a script, across all the sessions that are opened of it.
+struct ScriptedDevice {
+  SimulatedClock clock;
+  std::deque<Act> acts;
+  std::deque<bool> openings;  ///< Whether the next attempts to open succeed; then all do.
+  cv::Size size{8, 6};
+  int opened = 0;
+  std::uint32_t counter = 100;
+};
+
+class ScriptedSession final : public DeviceSession {
+ public:
+  explicit ScriptedSession(ScriptedDevice& device) : device_(device) {
+    info_.size = device.size;
+    info_.nominal_fps = 25;
+  }
+  [[nodiscard]] const SourceInfo& info() const override { return info_; }
+  [[nodiscard]] bool stamps_with_host_clock() const override { return true; }
+  [[nodiscard]] std::optional<DeviceFrame> wait(Nanoseconds patience) override {
+    const auto act = device_.acts.empty() ? Act::kFrame : device_.acts.front();
+    if (!device_.acts.empty()) device_.acts.pop_front();
+    if (act == Act::kVanish) throw DeviceLost("unplugged");
+    if (act == Act::kSilent) {
+      device_.clock.advance(patience);
+      return std::nullopt;
+    }
+    device_.clock.advance(milliseconds(40));
+    return DeviceFrame{device_.counter++, device_.clock.now() - milliseconds(3), device_.clock.now(),
+                       cv::Mat(device_.size, CV_8UC3, cv::Scalar(1, 2, 3))};
+  }
+
+ private:
+  ScriptedDevice& device_;
+  SourceInfo info_;
+};
+
+class DeviceSourceTest : public ::testing::Test {
+ protected:
+  std::unique_ptr<DeviceSource> open() {
+    DeviceOptions options;
+    options.retry = milliseconds(1);
+    options.on_event = [this](const DeviceEvent& event) {
+      states_.emplace_back(name_of(event.state));
+      events_.push_back(event);
+    };
+    return std::make_unique<DeviceSource>(
+        "scripted:",
+        [this]() -> std::unique_ptr<DeviceSession> {
+          if (!device_.openings.empty()) {
+            const bool there = device_.openings.front();
+            device_.openings.pop_front();
+            if (!there) throw DeviceLost("nothing is there");
+          }
+          ++device_.opened;
+          return std::make_unique<ScriptedSession>(device_);
+        },
+        device_.clock, options);
+  }
+
+  ScriptedDevice device_;
+  std::vector<std::string> states_;
+  std::vector<DeviceEvent> events_;
+};
+
+TEST_F(DeviceSourceTest, StartsRunsAndStops) {
+  {
+    const auto source = open();
+    EXPECT_EQ(source->state(), DeviceState::kStarting);
+    for (std::uint64_t k = 0; k < 3; ++k) EXPECT_EQ(source->read({})->sequence, k);
+    EXPECT_EQ(source->state(), DeviceState::kRunning);
+    EXPECT_TRUE(source->warnings().empty());
+  }
+  EXPECT_THAT(states_, ElementsAre("starting", "running", "stopped"));
+}
+
+TEST_F(DeviceSourceTest, IsNoRecording) {
+  const auto source = open();
+  EXPECT_FALSE(source->info().repeatable);
+  EXPECT_EQ(source->info().name, "scripted:");
+  EXPECT_EQ(source->info().size, cv::Size(8, 6));
+}
+
+TEST_F(DeviceSourceTest, FramesCarryTheHostsTime) {
+  const auto source = open();
+  const auto frame = source->read({});
+  EXPECT_EQ(frame->device_time, device_.clock.now() - milliseconds(3));
+}
+
+TEST_F(DeviceSourceTest, ADeviceThatIsNotThereAtFirstIsRefused) {
+  device_.openings = {false};
+  const auto error = test::error_of([&] { (void)open(); });
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->fault(), Fault::kUsage);
+  EXPECT_THAT(error->what(), HasSubstr("nothing is there"));
+  EXPECT_THAT(states_, ElementsAre("starting", "failed"));
+}
+
+TEST_F(DeviceSourceTest, OneThatVanishesIsTakenUpAgainAndTheGapShows) {
+  device_.acts = {Act::kFrame, Act::kFrame, Act::kVanish};
+  device_.openings = {true, false, false, false, true};
+  const auto source = open();
+  EXPECT_EQ(source->read({})->sequence, 0U);
+  const auto before = source->read({});
+  const auto after = source->read({});
+  EXPECT_GT(after->sequence, before->sequence + 1);
+  EXPECT_GT(after->device_time, before->device_time);
+  EXPECT_EQ(device_.opened, 2);
+  EXPECT_THAT(states_, ElementsAre("starting", "running", "lost", "starting", "running"));
+  EXPECT_EQ(events_[2].why, "unplugged");
+  EXPECT_THAT(source->warnings(), ElementsAre(HasSubstr("was lost 1 time")));
+}
+
+TEST_F(DeviceSourceTest, OneThatStaysSilentIsLostWithinASecond) {
+  device_.acts = {Act::kFrame};
+  device_.acts.insert(device_.acts.end(), 40, Act::kSilent);
+  const auto source = open();
+  (void)source->read({});
+  const auto silent_since = device_.clock.now();
+  (void)source->read({});
+  ASSERT_GE(events_.size(), 3U);
+  EXPECT_EQ(events_[2].state, DeviceState::kLost);
+  EXPECT_THAT(events_[2].why, HasSubstr("no frame for"));
+  EXPECT_LE(events_[2].at - silent_since, std::chrono::seconds(1));
+  EXPECT_GE(events_[2].at - silent_since, milliseconds(400)) << "a hiccup is no loss";
+}
+
+TEST_F(DeviceSourceTest, TheFirstFrameMayTakeLonger) {
+  device_.acts.assign(40, Act::kSilent);  // 2 s.
+  const auto source = open();
+  EXPECT_EQ(source->read({})->sequence, 0U);
+  EXPECT_THAT(states_, ElementsAre("starting", "running"));
+}
+
+TEST_F(DeviceSourceTest, ADeviceThatComesBackWithOtherPicturesIsNotTaken) {
+  device_.acts = {Act::kFrame, Act::kVanish};
+  const auto source = open();
+  (void)source->read({});
+  device_.size = {16, 12};
+  std::stop_source stop;
+  std::jthread patience([&] {
+    std::this_thread::sleep_for(milliseconds(50));
+    stop.request_stop();
+  });
+  EXPECT_EQ(source->read(stop.get_token()), nullptr);
+  EXPECT_EQ(source->state(), DeviceState::kLost);
+  EXPECT_THAT(source->warnings(), testing::Contains(HasSubstr("16 x 12 instead of 8 x 6")));
+  EXPECT_LE(source->warnings().size(), 2U) << "once each, however often it was tried";
+}
+
+TEST_F(DeviceSourceTest, StopEndsAnyWait) {
+  device_.acts = {Act::kFrame, Act::kVanish};
+  device_.openings = {true};
+  device_.openings.insert(device_.openings.end(), 100000, false);
+  const auto source = open();
+  (void)source->read({});
+  std::stop_source stop;
+  std::jthread later([&] {
+    std::this_thread::sleep_for(milliseconds(20));
+    stop.request_stop();
+  });
+  EXPECT_EQ(source->read(stop.get_token()), nullptr);
+  EXPECT_EQ(source->read(stop.get_token()), nullptr) << "asked again";
+}
+
+TEST_F(DeviceSourceTest, ManyLossesAreCounted) {
+  for (int k = 0; k < 30; ++k) {
+    device_.acts.push_back(Act::kFrame);
+    device_.acts.push_back(Act::kVanish);
+  }
+  const auto source = open();
+  Nanoseconds last{0};
+  for (int k = 0; k < 31; ++k) {
+    const auto frame = source->read({});
+    EXPECT_GT(frame->device_time, last);
+    last = frame->device_time;
+  }
+  EXPECT_THAT(source->warnings(), ElementsAre(HasSubstr("was lost 30 times")));
+}
+
+}  // namespace
+}  // namespace choreo::devices

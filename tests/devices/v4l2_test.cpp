@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// What can be known of V4L2 without a camera: modes, names, pixel formats. The rest is asked of the kernel's own
+// virtual camera (v4l2_vivid_test.cpp).
+#include <linux/videodev2.h>
+
+#include <gmock/gmock.h>
+
+#include "core/error.hpp"
+#include "devices/fourcc.hpp"
+#include "devices/source_uri.hpp"
+#include "devices/v4l2/v4l2_controls.hpp"
+#include "devices/v4l2/v4l2_driver.hpp"
+#include "devices/v4l2/v4l2_session.hpp"
+#include "pipeline/steady_clock.hpp"
+#include "support/frames.hpp"
+
+namespace choreo::devices::v4l2 {
+namespace {
+
+using ::testing::HasSubstr;
+
+Mode mode(std::uint32_t fourcc, std::uint32_t width, std::uint32_t height, std::vector<std::uint32_t> fps) {
+  Mode mode{fourcc, width, height, {}};
+  for (const auto f : fps) mode.rates.push_back({1, f});
+  return mode;
+}
+
+// A webcam on USB 2: raw pictures are small or slow.
+std::vector<Mode> webcam() {
+  return {mode(V4L2_PIX_FMT_YUYV, 640, 480, {30, 15}), mode(V4L2_PIX_FMT_YUYV, 1280, 720, {10}),
+          mode(V4L2_PIX_FMT_GREY, 640, 480, {60, 30}), mode(V4L2_PIX_FMT_NV12, 640, 480, {30}),
+          mode(v4l2_fourcc('H', '2', '6', '4'), 640, 480, {120})};
+}
+
+TEST(ChooseMode, WithoutAWishIs640x480InTheFormatThatLosesLeast) {
+  const auto chosen = choose_mode(webcam(), {});
+  ASSERT_TRUE(chosen);
+  EXPECT_EQ(name_of_fourcc(chosen->fourcc), "YUYV");
+  EXPECT_EQ(chosen->width, 640U);
+  EXPECT_EQ(chosen->height, 480U);
+}
+
+TEST(ChooseMode, AFasterFormatIsTakenWhereTheRateAsksForIt) {
+  Wish wish;
+  wish.fps = 60;
+  EXPECT_EQ(name_of_fourcc(choose_mode(webcam(), wish)->fourcc), "GREY");
+  wish.fps = 15;
+  EXPECT_EQ(name_of_fourcc(choose_mode(webcam(), wish)->fourcc), "YUYV");
+}
+
+TEST(ChooseMode, WhatIsAskedForIsTakenOrNothing) {
+  Wish wish;
+  wish.size = cv::Size(1280, 720);
+  EXPECT_EQ(choose_mode(webcam(), wish)->width, 1280U);
+  wish.size = cv::Size(1281, 720);
+  EXPECT_FALSE(choose_mode(webcam(), wish));
+  Wish format;
+  format.fourcc = V4L2_PIX_FMT_NV12;
+  EXPECT_EQ(choose_mode(webcam(), format)->fourcc, V4L2_PIX_FMT_NV12);
+  format.fourcc = V4L2_PIX_FMT_UYVY;
+  EXPECT_FALSE(choose_mode(webcam(), format));
+}
+
+TEST(ChooseMode, AFormatThatNobodyHereReadsIsNone) {
+  EXPECT_FALSE(choose_mode({mode(v4l2_fourcc('H', '2', '6', '4'), 640, 480, {30})}, {}));
+  EXPECT_FALSE(choose_mode({}, {}));
+}
+
+TEST(ControlName, IsAsV4l2CtlWritesIt) {
+  EXPECT_EQ(control_name("Brightness"), "brightness");
+  EXPECT_EQ(control_name("Exposure Time, Absolute"), "exposure_time_absolute");
+  EXPECT_EQ(control_name("White Balance, Automatic"), "white_balance_automatic");
+  EXPECT_EQ(control_name("Pan (Absolute)"), "pan_absolute");
+  EXPECT_EQ(control_name(""), "");
+}
+
+TEST(OtherSpelling, GoesBothWays) {
+  EXPECT_EQ(other_spelling("exposure_absolute"), "exposure_time_absolute");
+  EXPECT_EQ(other_spelling("exposure_time_absolute"), "exposure_absolute");
+  EXPECT_EQ(other_spelling("auto_exposure"), "exposure_auto");
+  EXPECT_EQ(other_spelling("gain"), "gain");
+}
+
+class V4l2Source : public ::testing::Test {
+ protected:
+  std::string refused(const std::string& source) {
+    Registry registry;
+    registry.add(v4l2_driver(clock_));
+    const auto error = test::error_of([&] { (void)registry.open(source); });
+    if (!error) return "opened";
+    EXPECT_EQ(error->fault(), Fault::kUsage);
+    return std::string(error->what()) + " / " + error->hint();
+  }
+  pipeline::SteadyClock clock_;
+};
+
+TEST_F(V4l2Source, RefusesWhatCannotBe) {
+  EXPECT_THAT(refused("v4l2:///dev/video987"), HasSubstr("/dev/video987"));
+  EXPECT_THAT(refused("v4l2:///dev/null"), HasSubstr("no camera"));
+  EXPECT_THAT(refused("v4l2://"), HasSubstr("names no place"));
+  EXPECT_THAT(refused("v4l2:///dev/video0?size=big"), HasSubstr("640x480"));
+  EXPECT_THAT(refused("v4l2:///dev/video0?size=640x480x2"), HasSubstr("640x480"));
+  EXPECT_THAT(refused("v4l2:///dev/video0?format=ABCD"), HasSubstr("YUYV"));
+  EXPECT_THAT(refused("v4l2:///dev/video0?fps=-1"), HasSubstr("fps"));
+}
+
+}  // namespace
+}  // namespace choreo::devices::v4l2
