@@ -48,6 +48,9 @@ std::vector<std::string> DeviceSource::warnings() const {
     all.push_back(fmt::format("{} was lost {} time{} and taken up again as soon as it was back", name_, losses_,
                               losses_ == 1 ? "" : "s"));
   }
+  if (const auto damaged = damaged_before_ + (session_ ? session_->damaged() : 0); damaged > 0) {
+    all.push_back(fmt::format("{}: {} damaged frame{} left out", name_, damaged, damaged == 1 ? " was" : "s were"));
+  }
   return all;
 }
 
@@ -73,6 +76,7 @@ void DeviceSource::open() {
 }
 
 void DeviceSource::lose(const std::string& why) {
+  damaged_before_ += session_->damaged();
   session_.reset();
   ++losses_;
   enter(DeviceState::kLost, why);
@@ -95,7 +99,6 @@ bool DeviceSource::reopen() {
     return false;
   }
   counter_.reopened();
-  enter(DeviceState::kStarting);
   return true;
 }
 

@@ -47,7 +47,9 @@ class DeviceSession {
   /// The next frame; nothing where none came within `patience`, at most some milliseconds late.
   /// @throws DeviceLost where the device is gone or must be opened anew.
   [[nodiscard]] virtual std::optional<DeviceFrame> wait(Nanoseconds patience) = 0;
-  /// What was not as it should be since the last call, one line each.
+  /// Frames that came, but damaged, and were left out.
+  [[nodiscard]] virtual std::uint64_t damaged() const { return 0; }
+  /// What else was not as it should be since the last call, one line each.
   [[nodiscard]] virtual std::vector<std::string> take_warnings() { return {}; }
 };
 
@@ -103,6 +105,7 @@ class DeviceSource final : public Source {
   bool first_ = true;  // No frame has come since the device was opened.
   std::optional<Nanoseconds> last_time_;
   std::size_t losses_ = 0;
+  std::uint64_t damaged_before_ = 0;  // By sessions that are closed.
   std::vector<std::string> warnings_;
   mutable std::mutex mutex_;
   DeviceState state_ = DeviceState::kStopped;

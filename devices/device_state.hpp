@@ -11,8 +11,9 @@
 
 namespace choreo::devices {
 
-/// stopped -> starting -> running; running -> lost -> starting -> running as often as it goes; starting -> failed where
-/// the device can never give what was asked for. Stopping leads back to stopped from everywhere.
+/// stopped -> starting -> running -> lost -> running, as often as it goes. A device is lost from the moment it is known
+/// to be until its next frame is there, and also where its first one never comes; failed where it cannot be had at all.
+/// Stopping leads back to stopped from everywhere.
 enum class DeviceState { kStopped, kStarting, kRunning, kLost, kFailed };
 
 [[nodiscard]] std::string_view name_of(DeviceState state);

@@ -79,6 +79,11 @@ std::int64_t parse_value(const Control& control, const std::string& text) {
   for (const auto& [number, entry] : control.menu) {
     if (control_name(entry) == control_name(text)) return number;
   }
+  if (control.type == V4L2_CTRL_TYPE_BUTTON) {
+    if (text == "1") return 1;
+    throw usage_error(fmt::format("{} is \"{}\"", control.name, text), {},
+                      fmt::format("{} is a button: {}=1 pushes it", control.name, control.name));
+  }
   std::int64_t value = 0;
   const auto parsed = std::from_chars(text.data(), text.data() + text.size(), value);
   const bool number = parsed.ec == std::errc() && parsed.ptr == text.data() + text.size();

@@ -55,6 +55,7 @@ std::unique_ptr<Source> open(const SourceUri& uri, SettingReader& settings, cons
   if (const double fps = settings.take_number("fps", 0, 0, 1000); fps > 0) wish->fps = fps;
   wish->fourcc = take_format(settings);
   wish->keep_raw = options.keep_raw;
+  wish->every_frame = options.every_frame;
   wish->controls = settings.take_rest();
   if (wish->path.empty()) {
     throw usage_error(fmt::format("\"{}\" names no camera", uri.text), {},

@@ -89,7 +89,8 @@ std::optional<Mode> choose_mode(const std::vector<Mode>& modes, const Wish& wish
   return best == nullptr ? std::nullopt : std::optional(*best);
 }
 
-Session::Session(const Wish& wish, const Clock& clock) : clock_(clock), node_(find(wish)), keep_raw_(wish.keep_raw) {
+Session::Session(const Wish& wish, const Clock& clock)
+    : clock_(clock), node_(find(wish)), every_frame_(wish.every_frame), keep_raw_(wish.keep_raw) {
   const auto identity = identity_of(node_);
   if (!identity) {
     throw usage_error(fmt::format("\"{}\" is no camera that streams video", node_.path()), {},
@@ -197,13 +198,31 @@ bool Session::take(v4l2_buffer& buffer) {
 bool Session::whole(const v4l2_buffer& buffer) {
   const bool good = (buffer.flags & V4L2_BUF_FLAG_ERROR) == 0 && buffer.bytesused >= bytes_of(layout_) &&
                     buffer.index < buffers_.size() && buffer.bytesused <= buffers_[buffer.index].bytes;
-  if (!good) tell_of_damage();
+  if (!good) ++damaged_;
   return good;
 }
 
-void Session::tell_of_damage() {
-  if (std::exchange(told_damaged_, true)) return;
-  warnings_.push_back(fmt::format("\"{}\" gave damaged frames, which were left out", node_.path()));
+std::optional<v4l2_buffer> Session::take_newest() {
+  std::optional<v4l2_buffer> newest;
+  std::size_t waited = 0;
+  for (v4l2_buffer buffer{}; take(buffer); ++waited) {
+    const bool good = whole(buffer);
+    if (!good) give_back(buffer);
+    if (!good) continue;
+    if (newest) give_back(*newest);
+    newest = buffer;
+  }
+  if (!newest || waited < buffers_.size()) return newest;
+  give_back(*newest);
+  return std::nullopt;
+}
+
+std::optional<v4l2_buffer> Session::take_oldest() {
+  for (v4l2_buffer buffer{}; take(buffer);) {
+    if (whole(buffer)) return buffer;
+    give_back(buffer);
+  }
+  return std::nullopt;
 }
 
 std::optional<DeviceFrame> Session::wait(Nanoseconds patience) {
@@ -212,36 +231,25 @@ std::optional<DeviceFrame> Session::wait(Nanoseconds patience) {
   const int polled = ::poll(&ready, 1, static_cast<int>(std::min<std::int64_t>(milliseconds, 60000)));
   if (polled < 0 && errno != EINTR) lost(node_, "it cannot be waited for", errno);
   if (polled <= 0) return std::nullopt;
-  v4l2_buffer newest{};
-  bool have = false;
-  for (v4l2_buffer buffer{}; take(buffer);) {
-    if (!whole(buffer)) {
-      give_back(buffer);
-      continue;
-    }
-    if (have) give_back(newest);
-    newest = buffer;
-    have = true;
-  }
-  if (!have) {
+  auto taken = every_frame_ ? take_oldest() : take_newest();
+  if (!taken) {
     // An error without a frame would be polled again and again.
-    if ((ready.revents & (POLLERR | POLLHUP)) != 0)
-      throw DeviceLost(fmt::format("\"{}\": the stream broke", node_.path()));
+    if ((ready.revents & (POLLERR | POLLHUP | POLLNVAL)) != 0) lost(node_, "the stream broke", EIO);
     return std::nullopt;
   }
   DeviceFrame frame;
   frame.arrival = clock_.now();
-  frame.counter = newest.sequence;
+  frame.counter = taken->sequence;
   frame.device_time =
-      std::chrono::seconds(newest.timestamp.tv_sec) + std::chrono::microseconds(newest.timestamp.tv_usec);
-  const std::span<const std::uint8_t> bytes(buffers_[newest.index].data, newest.bytesused);
+      std::chrono::seconds(taken->timestamp.tv_sec) + std::chrono::microseconds(taken->timestamp.tv_usec);
+  const std::span<const std::uint8_t> bytes(buffers_[taken->index].data, taken->bytesused);
   try {
     frame.bgr = converter_.to_bgr(layout_, bytes);
     if (keep_raw_) frame.raw_colour = keep_raw(layout_, bytes);
   } catch (const Error&) {
-    tell_of_damage();  // A JPEG that lost its end on a crowded bus; the next one is whole.
+    ++damaged_;  // A JPEG that lost its end on a crowded bus; the next one is whole.
   }
-  give_back(newest);
+  give_back(*taken);
   return frame.bgr.empty() ? std::nullopt : std::optional(std::move(frame));
 }
 

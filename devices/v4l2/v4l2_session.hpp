@@ -23,6 +23,7 @@ struct Wish {
   std::optional<double> fps;
   std::optional<std::uint32_t> fourcc;
   std::map<std::string, std::string> controls;  ///< By name, as `set_controls`.
+  bool every_frame = false;                     ///< As OpenOptions.
   bool keep_raw = false;                        ///< As OpenOptions.
 };
 
@@ -42,8 +43,11 @@ class Session final : public DeviceSession {
   [[nodiscard]] const Identity& identity() const { return identity_; }
   [[nodiscard]] bool stamps_with_host_clock() const override { return host_clock_; }
   /// The newest frame that is there: older ones that wait are given back to the driver unseen, and their numbers are
-  /// missing. Buffers that the driver marks as damaged, or that are too short, are counted and left out.
+  /// missing. Where all buffers were full, the driver had none left for what came since: these frames are old, and a
+  /// new one is waited for. With `Wish::every_frame` the oldest. Buffers that the driver marks as damaged, or that are
+  /// too short, are left out.
   [[nodiscard]] std::optional<DeviceFrame> wait(Nanoseconds patience) override;
+  [[nodiscard]] std::uint64_t damaged() const override { return damaged_; }
   [[nodiscard]] std::vector<std::string> take_warnings() override;
 
  private:
@@ -61,8 +65,9 @@ class Session final : public DeviceSession {
   void share_buffers();
   void give_back(v4l2_buffer& buffer);
   [[nodiscard]] bool take(v4l2_buffer& buffer);
+  [[nodiscard]] std::optional<v4l2_buffer> take_newest();
+  [[nodiscard]] std::optional<v4l2_buffer> take_oldest();
   [[nodiscard]] bool whole(const v4l2_buffer& buffer);
-  void tell_of_damage();
 
   const Clock& clock_;
   Node node_;
@@ -70,11 +75,12 @@ class Session final : public DeviceSession {
   SourceInfo info_;
   Layout layout_;
   RawConverter converter_;
+  bool every_frame_;
   bool keep_raw_;
   std::vector<Buffer> buffers_;
   std::vector<std::string> warnings_;
   bool host_clock_ = false;
-  bool told_damaged_ = false;
+  std::uint64_t damaged_ = 0;
 };
 
 }  // namespace choreo::devices::v4l2

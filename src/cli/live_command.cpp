@@ -209,6 +209,11 @@ int live(const LiveOptions& options, Session& session) {
   });
   const auto window = open_window(options, summary, length, session, ended, report);
   const ReportOnSignal on_signal(session.interrupt, report);
+  std::shared_ptr<void> shows_losses;
+  if (window) {
+    shows_losses =
+        prepared.news.show_with([&window](std::vector<std::string> lines) { window->tell(std::move(lines)); });
+  }
   FigureLines figures(monitor);
   const auto show = [&](const pipeline::Observation& o) {
     if (!window) return;

@@ -25,7 +25,8 @@ int threads_of(const SourceOptions& options) { return options.threads > 0 ? opti
 
 Preparation::Preparation(const SourceOptions& options, const config::Options& settings, Session& session,
                          const Clock& clock)
-    : selection(options.selection()),
+    : news(session.console),
+      selection(options.selection()),
       kernel(similarity::choose_and_count(environment("CHOREO_FORCE_ISA"))),
       stop(session.interrupt.orderly()),
       options_(options),
@@ -46,9 +47,13 @@ Preparation::Preparation(const SourceOptions& options, const config::Options& se
   if (spec_.kind == pipeline::BackgroundSpec::Kind::kPlate) plate_ = read_plate(spec_.plate);
 }
 
-std::unique_ptr<devices::Source> Preparation::open() const {
+std::unique_ptr<devices::Source> Preparation::open() {
+  devices::OpenOptions opening;
+  opening.threads = options_.threads;
+  opening.stop = stop;
+  opening.on_event = [this](const devices::DeviceEvent& event) { news.hear(options_.source, event); };
   try {
-    return registry_.open(options_.source, {options_.threads, stop});
+    return registry_.open(options_.source, opening);
   } catch (const Error&) {
     if (stop.stop_requested()) throw Interrupted{};
     throw;

@@ -10,6 +10,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "cli/commands.hpp"
+#include "cli/device_news.hpp"
 #include "cli/source_options.hpp"
 #include "cli/summary.hpp"
 #include "devices/registry.hpp"
@@ -31,6 +32,7 @@ class Preparation {
   /// @throws Error; Interrupted
   [[nodiscard]] vision::BodyMasker learn();
 
+  DeviceNews news;  ///< Before the source, which tells it until its end.
   Summary summary;  ///< What is known of the source and its background so far.
   pipeline::FrameSelection selection;
   similarity::AndCountKernel kernel;
@@ -38,7 +40,7 @@ class Preparation {
   std::stop_token stop;  ///< The first Ctrl-C.
 
  private:
-  [[nodiscard]] std::unique_ptr<devices::Source> open() const;
+  [[nodiscard]] std::unique_ptr<devices::Source> open();
 
   const SourceOptions& options_;
   const config::Options& settings_;

@@ -29,7 +29,7 @@ class SimulatedClock final : public Clock {
 };
 
 /// What a device does when it is asked for a frame.
-enum class Act { kFrame, kSilent, kVanish };
+enum class Act { kFrame, kSilent, kVanish, kDamaged };
 
 /// A device that follows a script, across all the sessions that are opened of it.
 struct ScriptedDevice {
@@ -53,6 +53,10 @@ class ScriptedSession final : public DeviceSession {
     const auto act = device_.acts.empty() ? Act::kFrame : device_.acts.front();
     if (!device_.acts.empty()) device_.acts.pop_front();
     if (act == Act::kVanish) throw DeviceLost("unplugged");
+    if (act == Act::kDamaged) {
+      ++damaged_;
+      return std::nullopt;
+    }
     if (act == Act::kSilent) {
       device_.clock.advance(patience);
       return std::nullopt;
@@ -61,10 +65,12 @@ class ScriptedSession final : public DeviceSession {
     return DeviceFrame{device_.counter++, device_.clock.now() - milliseconds(3), device_.clock.now(),
                        cv::Mat(device_.size, CV_8UC3, cv::Scalar(1, 2, 3))};
   }
+  [[nodiscard]] std::uint64_t damaged() const override { return damaged_; }
 
  private:
   ScriptedDevice& device_;
   SourceInfo info_;
+  std::uint64_t damaged_ = 0;
 };
 
 class DeviceSourceTest : public ::testing::Test {
@@ -138,7 +144,7 @@ TEST_F(DeviceSourceTest, OneThatVanishesIsTakenUpAgainAndTheGapShows) {
   EXPECT_GT(after->sequence, before->sequence + 1);
   EXPECT_GT(after->device_time, before->device_time);
   EXPECT_EQ(device_.opened, 2);
-  EXPECT_THAT(states_, ElementsAre("starting", "running", "lost", "starting", "running"));
+  EXPECT_THAT(states_, ElementsAre("starting", "running", "lost", "running"));
   EXPECT_EQ(events_[2].why, "unplugged");
   EXPECT_THAT(source->warnings(), ElementsAre(HasSubstr("was lost 1 time")));
 }
@@ -208,6 +214,15 @@ TEST_F(DeviceSourceTest, ManyLossesAreCounted) {
     last = frame->device_time;
   }
   EXPECT_THAT(source->warnings(), ElementsAre(HasSubstr("was lost 30 times")));
+}
+
+TEST_F(DeviceSourceTest, DamagedFramesAreCountedAcrossLosses) {
+  const auto source = open();
+  device_.acts = {Act::kDamaged, Act::kFrame, Act::kDamaged, Act::kVanish, Act::kDamaged, Act::kFrame};
+  ASSERT_TRUE(source->read({}));
+  EXPECT_THAT(source->warnings(), testing::Contains(HasSubstr("1 damaged frame was left out")));
+  ASSERT_TRUE(source->read({}));
+  EXPECT_THAT(source->warnings(), testing::Contains(HasSubstr("3 damaged frames were left out")));
 }
 
 }  // namespace

@@ -67,10 +67,13 @@ class Vivid : public ::testing::Test {
     return registry_.open("v4l2://" + path_ + "?" + settings, options);
   }
 
-  // Reads until the last event is the state, at most some seconds.
+  // Reads, some seconds at most, until something has happened that has not been asked for before.
   bool read_until(Source& source, DeviceState state) {
     const auto limit = std::chrono::steady_clock::now() + 20s;
     while (std::chrono::steady_clock::now() < limit) {
+      while (asked_for_ < events_.size()) {
+        if (events_[asked_for_++].state == state) return true;
+      }
       std::stop_source stop;
       const std::jthread patience([&](const std::stop_token& over) {
         std::mutex mutex;
@@ -79,7 +82,6 @@ class Vivid : public ::testing::Test {
         if (!never.wait_for(lock, over, 300ms, [] { return false; }) && !over.stop_requested()) stop.request_stop();
       });
       (void)source.read(stop.get_token());
-      if (!events_.empty() && events_.back().state == state) return true;
     }
     return false;
   }
@@ -96,6 +98,7 @@ class Vivid : public ::testing::Test {
   Registry registry_;
   std::string path_;
   std::vector<DeviceEvent> events_;
+  std::size_t asked_for_ = 0;
 };
 
 TEST_F(Vivid, GivesFramesInOrderAtTheKernelsTimes) {
@@ -131,7 +134,7 @@ TEST_F(Vivid, EveryFormatShowsTheSamePicture) {
     const auto picture = source->read({})->bgr;
     if (expected.empty()) {
       expected = picture;
-      EXPECT_GT(cv::norm(picture, cv::NORM_INF), 200) << "colour bars are bright";
+      EXPECT_GT(cv::norm(picture, cv::NORM_INF), 150) << "colour bars are bright";
     }
     const double off = cv::norm(picture, expected, cv::NORM_L1) / double(3 * picture.total());
     EXPECT_LT(off, 6) << format;
@@ -173,8 +176,9 @@ TEST_F(Vivid, WhereEveryBufferIsDroppedItIsLostWithinASecondAndComesBack) {
   tell({{"percentage_of_dropped_buffers", "100"}});
   const auto since = clock_.now();
   ASSERT_TRUE(read_until(*source, DeviceState::kLost));
-  EXPECT_LT(events_.back().at - since, 1200ms);
-  EXPECT_THAT(events_.back().why, HasSubstr("no frame for"));
+  const auto& lost = events_[asked_for_ - 1];
+  EXPECT_LT(lost.at - since, 1s);
+  EXPECT_THAT(lost.why, HasSubstr("no frame for"));
   tell({{"percentage_of_dropped_buffers", "0"}});
   EXPECT_TRUE(read_until(*source, DeviceState::kRunning));
 }
@@ -184,7 +188,7 @@ TEST_F(Vivid, DamagedFramesAreLeftOut) {
   read_some(*source);
   tell({{"inject_v4l2_buf_flag_error", "1"}});
   read_some(*source, 10);
-  EXPECT_THAT(source->warnings(), Contains(HasSubstr("damaged")));
+  EXPECT_THAT(source->warnings(), Contains(HasSubstr("1 damaged frame was left out")));
   EXPECT_EQ(events_.back().state, DeviceState::kRunning);
 }
 

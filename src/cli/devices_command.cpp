@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+// choreoscope devices: what is plugged in, how it is opened, and what keeps the rest from being used.
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "cli/commands.hpp"
+#include "cli/drivers.hpp"
+#include "core/text.hpp"
+#include "pipeline/steady_clock.hpp"
+
+namespace choreo::cli {
+namespace {
+
+using devices::DeviceControl;
+using devices::DeviceEntry;
+using devices::DeviceMode;
+using nlohmann::ordered_json;
+
+constexpr auto kManual = R"(
+A line a device is the SOURCE that opens it, by a name that stays when it is
+plugged in elsewhere or among others. Below it: its name, its modes, and its
+controls with their ranges and present values. Modes and controls are settings
+of the SOURCE:
+  choreoscope live 'v4l2:///dev/video0?size=1280x720&fps=60&format=MJPG'
+  choreoscope live 'v4l2:///dev/video0?auto_exposure=1&exposure_time_absolute=120'
+
+What a missing library or permission keeps from being used is listed with what
+to install or do. See docs/devices.md.
+
+Exit status: 0, also where nothing is plugged in.)";
+
+std::string rates_of(const DeviceMode& mode) {
+  std::vector<std::string> rates;
+  for (const double fps : mode.fps) rates.push_back(fmt::format("{:.4g}", fps));
+  return rates.empty() ? "" : " at " + join(rates);
+}
+
+// A line a format: "MJPG  1920x1080 at 30; 640x480 at 60, 30".
+std::vector<std::string> mode_lines(const std::vector<DeviceMode>& modes) {
+  std::vector<std::string> formats;
+  std::map<std::string, std::string> sizes;
+  for (const auto& mode : modes) {
+    auto& line = sizes[mode.format];
+    if (line.empty()) formats.push_back(mode.format);
+    line += fmt::format("{}{}x{}{}", line.empty() ? "" : "; ", mode.size.width, mode.size.height, rates_of(mode));
+  }
+  std::vector<std::string> lines;
+  for (const auto& format : formats) lines.push_back(fmt::format("{:<5} {}", format, sizes[format]));
+  return lines;
+}
+
+std::string line_of(const DeviceControl& control) {
+  std::string range;
+  if (control.choices.empty()) {
+    range = fmt::format("{} to {}{}, default {}", control.least, control.most,
+                        control.step > 1 ? fmt::format(" in steps of {}", control.step) : "", control.fallback);
+  } else {
+    std::vector<std::string> choices;
+    for (const auto& [number, text] : control.choices) choices.push_back(fmt::format("{} {}", number, text));
+    range = join(choices);
+  }
+  return fmt::format("{}={}  ({})", control.name, control.value, range);
+}
+
+void print(const DeviceEntry& device) {
+  fmt::print("{}\n", device.source);
+  if (!device.name.empty()) fmt::print("  {}\n", device.name);
+  for (const auto& line : mode_lines(device.modes)) fmt::print("  {}\n", line);
+  for (const auto& control : device.controls) fmt::print("  {}\n", line_of(control));
+  if (!device.trouble.empty()) fmt::print("  cannot be used: {}\n", device.trouble);
+  if (!device.remedy.empty()) fmt::print("  {}\n", device.remedy);
+}
+
+ordered_json json_of(const std::string& driver, const DeviceEntry& device) {
+  ordered_json out = {{"source", device.source}, {"driver", driver}, {"name", device.name}};
+  auto& modes = out["modes"] = ordered_json::array();
+  for (const auto& mode : device.modes) {
+    modes.push_back(
+        {{"format", mode.format}, {"width", mode.size.width}, {"height", mode.size.height}, {"fps", mode.fps}});
+  }
+  auto& controls = out["controls"] = ordered_json::array();
+  for (const auto& control : device.controls) {
+    ordered_json one = {{"name", control.name}, {"min", control.least},        {"max", control.most},
+                        {"step", control.step}, {"default", control.fallback}, {"value", control.value}};
+    for (const auto& [number, text] : control.choices) one["choices"].push_back({{"value", number}, {"text", text}});
+    controls.push_back(std::move(one));
+  }
+  out["trouble"] = device.trouble;
+  out["remedy"] = device.remedy;
+  return out;
+}
+
+int list_devices(bool as_json) {
+  const pipeline::SteadyClock clock;
+  const auto registry = all_drivers(clock);
+  ordered_json all = {{"devices", ordered_json::array()}, {"troubles", ordered_json::array()}};
+  std::size_t found = 0;
+  for (const auto& driver : registry.drivers()) {
+    if (!driver.list) continue;
+    const auto list = driver.list();
+    found += list.devices.size();
+    for (const auto& device : list.devices) {
+      if (as_json) {
+        all["devices"].push_back(json_of(driver.scheme, device));
+      } else {
+        print(device);
+      }
+    }
+    if (list.trouble.empty()) continue;
+    if (as_json) {
+      all["troubles"].push_back({{"driver", driver.scheme}, {"trouble", list.trouble}, {"remedy", list.remedy}});
+    } else {
+      fmt::print("{}: {}\n{}", driver.scheme, list.trouble, list.remedy.empty() ? "" : "  " + list.remedy + "\n");
+    }
+  }
+  if (as_json) {
+    // Names of devices are any bytes.
+    fmt::print("{}\n", all.dump(2, ' ', false, ordered_json::error_handler_t::replace));
+  } else if (found == 0) {
+    fmt::print("no device is plugged in\n");
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void declare_devices(CLI::App& app, Command& chosen) {
+  auto as_json = std::make_shared<bool>(false);
+  auto* command = app.add_subcommand("devices", "list the cameras and depth cameras that are plugged in");
+  command->add_flag("--json", *as_json, "for programs");
+  command->footer(kManual);
+  command->callback([as_json, &chosen] { chosen = [as_json](Session&) { return list_devices(*as_json); }; });
+}
+
+}  // namespace choreo::cli
