@@ -109,6 +109,14 @@ Nanoseconds DeviceSource::longest_silence() const {
 }
 
 FramePtr DeviceSource::read(std::stop_token stop) {
+  // Silence is the device's only while somebody listens.
+  if (left_at_) last_heard_ += clock_.now() - *left_at_;
+  auto frame = read_next(std::move(stop));
+  left_at_ = clock_.now();
+  return frame;
+}
+
+FramePtr DeviceSource::read_next(const std::stop_token& stop) {
   std::mutex mutex;
   std::condition_variable_any never;
   while (!stop.stop_requested()) {

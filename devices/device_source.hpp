@@ -87,6 +87,7 @@ class DeviceSource final : public Source {
 
  private:
   void open();
+  [[nodiscard]] FramePtr read_next(const std::stop_token& stop);
   void enter(DeviceState state, const std::string& why = {});
   void lose(const std::string& why);
   void warn(std::string line);
@@ -102,7 +103,8 @@ class DeviceSource final : public Source {
   DeviceClock device_clock_;
   FrameCounter counter_;
   Nanoseconds last_heard_{0};
-  bool first_ = true;  // No frame has come since the device was opened.
+  std::optional<Nanoseconds> left_at_;  // When `read` returned last.
+  bool first_ = true;                   // No frame has come since the device was opened.
   std::optional<Nanoseconds> last_time_;
   std::size_t losses_ = 0;
   std::uint64_t damaged_before_ = 0;  // By sessions that are closed.

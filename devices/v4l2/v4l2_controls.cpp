@@ -33,7 +33,8 @@ std::int64_t value_of(const Node& node, const Control& control) {
   all.count = 1;
   all.controls = &one;
   if (node.call(VIDIOC_G_EXT_CTRLS, &all) != 0) return control.fallback;
-  return control.type == V4L2_CTRL_TYPE_INTEGER64 ? one.value64 : one.value;
+  if (control.type == V4L2_CTRL_TYPE_INTEGER64) return one.value64;
+  return control.type == V4L2_CTRL_TYPE_BITMASK ? std::int64_t(static_cast<__u32>(one.value)) : one.value;
 }
 
 bool holds_a_number(const v4l2_query_ext_ctrl& told) {

@@ -72,12 +72,14 @@ std::unique_ptr<Source> open(const SourceUri& uri, SettingReader& settings, cons
   return std::make_unique<DeviceSource>(uri.text, open_session, clock, std::move(device));
 }
 
-// Modes of one format and size, and controls that can be set.
+// The modes that can be turned into pictures, and the controls that can be set.
 DeviceEntry entry_of(const v4l2::Node& node, const v4l2::Identity& identity) {
   DeviceEntry entry;
   entry.source = "v4l2://" + v4l2::stable_path(node.path());
   entry.name = identity.card;
+  const auto known = known_formats();
   for (const auto& mode : v4l2::modes_of(node)) {
+    if (std::find(known.begin(), known.end(), mode.fourcc) == known.end()) continue;
     DeviceMode told{name_of_fourcc(mode.fourcc), {int(mode.width), int(mode.height)}, {}};
     for (const auto& rate : mode.rates) told.fps.push_back(rate.fps());
     entry.modes.push_back(std::move(told));

@@ -225,5 +225,14 @@ TEST_F(DeviceSourceTest, DamagedFramesAreCountedAcrossLosses) {
   EXPECT_THAT(source->warnings(), testing::Contains(HasSubstr("3 damaged frames were left out")));
 }
 
+TEST_F(DeviceSourceTest, ADeviceThatNobodyListenedToIsNotSilent) {
+  const auto source = open();
+  ASSERT_TRUE(source->read({}));
+  device_.clock.advance(std::chrono::minutes(1));  // Learning the wall, say.
+  device_.acts = {Act::kSilent, Act::kFrame};
+  ASSERT_TRUE(source->read({}));
+  EXPECT_THAT(states_, ElementsAre("starting", "running"));
+}
+
 }  // namespace
 }  // namespace choreo::devices

@@ -14,6 +14,7 @@
 #include "devices/v4l2/v4l2_controls.hpp"
 #include "devices/v4l2/v4l2_driver.hpp"
 #include "devices/v4l2/v4l2_node.hpp"
+#include "devices/vivid.hpp"
 #include "pipeline/steady_clock.hpp"
 #include "support/frames.hpp"
 
@@ -24,19 +25,6 @@ using namespace std::chrono_literals;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using v4l2::Node;
-
-std::string vivid_path() {
-  for (const auto& path : v4l2::video_nodes()) {
-    try {
-      const Node node(path);
-      const auto identity = v4l2::identity_of(node);
-      if (identity && identity->driver == "vivid") return path;
-    } catch (const std::exception&) {
-      continue;
-    }
-  }
-  return {};
-}
 
 class Vivid : public ::testing::Test {
  protected:
