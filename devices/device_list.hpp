@@ -15,6 +15,7 @@ struct DeviceMode {
   std::string format;       ///< "MJPG"
   cv::Size size;            ///< Pixels.
   std::vector<double> fps;  ///< Fastest first; empty where the device does not say.
+  cv::Size up_to = {};      ///< Where any size up to this one can be had.
 };
 
 struct DeviceControl {

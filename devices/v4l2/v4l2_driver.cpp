@@ -51,6 +51,7 @@ std::unique_ptr<Source> open(const SourceUri& uri, SettingReader& settings, cons
                              const Clock& clock) {
   auto wish = std::make_shared<v4l2::Wish>();
   wish->path = uri.location;
+  if (const auto input = settings.take_integer("input", -1, 0, 255); input >= 0) wish->input = int(input);
   wish->size = take_size(settings);
   if (const double fps = settings.take_number("fps", 0, 0, 1000); fps > 0) wish->fps = fps;
   wish->fourcc = take_format(settings);
@@ -80,7 +81,8 @@ DeviceEntry entry_of(const v4l2::Node& node, const v4l2::Identity& identity) {
   const auto known = known_formats();
   for (const auto& mode : v4l2::modes_of(node)) {
     if (std::find(known.begin(), known.end(), mode.fourcc) == known.end()) continue;
-    DeviceMode told{name_of_fourcc(mode.fourcc), {int(mode.width), int(mode.height)}, {}};
+    DeviceMode told{name_of_fourcc(mode.fourcc), {int(mode.width), int(mode.height)}, {}, {}};
+    if (mode.steps) told.up_to = {int(mode.steps->most_width), int(mode.steps->most_height)};
     for (const auto& rate : mode.rates) told.fps.push_back(rate.fps());
     entry.modes.push_back(std::move(told));
   }

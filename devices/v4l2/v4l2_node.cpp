@@ -77,6 +77,16 @@ std::optional<Identity> identity_of(const Node& node) {
   return Identity{text_of(told.card), text_of(told.bus_info), text_of(told.driver)};
 }
 
+cv::Size Mode::nearest(cv::Size wanted) const {
+  if (!steps) return {int(width), int(height)};
+  const auto on_grid = [](int value, std::uint32_t least, std::uint32_t most, std::uint32_t step) {
+    const auto inside = std::clamp(std::uint32_t(std::max(value, 0)), least, std::max(least, most));
+    return int(inside - (inside - least) % step);
+  };
+  return {on_grid(wanted.width, width, steps->most_width, steps->step_width),
+          on_grid(wanted.height, height, steps->most_height, steps->step_height)};
+}
+
 std::vector<Mode> modes_of(const Node& node) {
   std::vector<Mode> modes;
   v4l2_fmtdesc format{};
@@ -85,6 +95,7 @@ std::vector<Mode> modes_of(const Node& node) {
     const auto add = [&](std::uint32_t width, std::uint32_t height) {
       modes.push_back({format.pixelformat, width, height, rates_of(node, format.pixelformat, width, height)});
     };
+    const auto before = modes.size();
     v4l2_frmsizeenum size{};
     size.pixel_format = format.pixelformat;
     for (; node.call(VIDIOC_ENUM_FRAMESIZES, &size) == 0; ++size.index) {
@@ -92,10 +103,16 @@ std::vector<Mode> modes_of(const Node& node) {
         add(size.discrete.width, size.discrete.height);
         continue;
       }
-      add(size.stepwise.min_width, size.stepwise.min_height);
-      add(size.stepwise.max_width, size.stepwise.max_height);
+      const auto& range = size.stepwise;
+      add(range.min_width, range.min_height);
+      modes.back().steps = {range.max_width, range.max_height, std::max(1U, range.step_width),
+                            std::max(1U, range.step_height)};
       break;
     }
+    // A card that digitises what a cable brings lists no sizes: it has the one of its signal.
+    v4l2_format now{};
+    now.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    if (modes.size() == before && node.call(VIDIOC_G_FMT, &now) == 0) add(now.fmt.pix.width, now.fmt.pix.height);
   }
   return modes;
 }

@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include <opencv2/core/types.hpp>
+
 namespace choreo::devices::v4l2 {
 
 /// A file descriptor of a video node.
@@ -52,14 +54,24 @@ struct FrameRate {
   [[nodiscard]] double fps() const { return numerator > 0 ? double(denominator) / numerator : 0.0; }
 };
 
-/// One size of one pixel format, with its rates, fastest first.
+/// Sizes from the one that the mode has to this one, in these steps.
+struct Steps {
+  std::uint32_t most_width = 0, most_height = 0;
+  std::uint32_t step_width = 1, step_height = 1;
+};
+
+/// One size of one pixel format, or a range of them, with its rates, fastest first.
 struct Mode {
   std::uint32_t fourcc = 0;
   std::uint32_t width = 0, height = 0;
   std::vector<FrameRate> rates;
+  std::optional<Steps> steps = {};
+
+  /// Of the sizes that it has, the nearest to the one that is wanted, which is itself where it has it.
+  [[nodiscard]] cv::Size nearest(cv::Size wanted) const;
 };
 
-/// All modes that a node lists, in its own order; of sizes in steps, the smallest and the largest.
+/// All modes that a node lists, in its own order; where it lists no size, the present one.
 [[nodiscard]] std::vector<Mode> modes_of(const Node& node);
 
 /// The names of the video nodes there are, /dev/video0 and so on, by number.

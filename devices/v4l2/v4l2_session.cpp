@@ -60,10 +60,22 @@ std::string told_of(const std::vector<Mode>& modes) {
   std::vector<std::string> lines;
   for (const auto& m : modes) {
     auto line = fmt::format("{} {}x{}", name_of_fourcc(m.fourcc), m.width, m.height);
+    if (m.steps) line += fmt::format(" to {}x{}", m.steps->most_width, m.steps->most_height);
     if (!m.rates.empty()) line += fmt::format(" at {:.4g}", m.rates.front().fps());
     if (is_known(m.fourcc)) lines.push_back(std::move(line));
   }
   return lines.empty() ? "it has no format that is known here" : "it has " + join(lines);
+}
+
+void choose_input(const Node& node, int wanted) {
+  const int cause = node.call(VIDIOC_S_INPUT, &wanted);
+  if (cause == 0) return;
+  if (cause != EINVAL) lost(node, "the input cannot be chosen", cause);
+  std::vector<std::string> known;
+  for (v4l2_input input{}; node.call(VIDIOC_ENUMINPUT, &input) == 0; ++input.index) {
+    known.push_back(fmt::format("{} ({})", input.index, reinterpret_cast<const char*>(input.name)));
+  }
+  throw usage_error(fmt::format("\"{}\" has no input {}", node.path(), wanted), {}, "it has " + join(known));
 }
 
 }  // namespace
@@ -74,7 +86,7 @@ std::optional<Mode> choose_mode(const std::vector<Mode>& modes, const Wish& wish
   std::tuple<double, double, std::size_t> least{};
   for (const auto& mode : modes) {
     if (!is_known(mode.fourcc) || (wish.fourcc && mode.fourcc != *wish.fourcc)) continue;
-    const cv::Size size(int(mode.width), int(mode.height));
+    const auto size = mode.nearest(wanted_size);
     if (wish.size && size != *wish.size) continue;
     const double far = std::abs(std::log(double(size.area()) / wanted_size.area()));
     const double fastest = mode.rates.empty() ? 30.0 : mode.rates.front().fps();
@@ -86,7 +98,13 @@ std::optional<Mode> choose_mode(const std::vector<Mode>& modes, const Wish& wish
       least = rank;
     }
   }
-  return best == nullptr ? std::nullopt : std::optional(*best);
+  if (best == nullptr) return std::nullopt;
+  auto chosen = *best;
+  const auto size = chosen.nearest(wanted_size);
+  chosen.width = std::uint32_t(size.width);
+  chosen.height = std::uint32_t(size.height);
+  chosen.steps.reset();
+  return chosen;
 }
 
 Session::Session(const Wish& wish, const Clock& clock)
@@ -114,6 +132,7 @@ Session::Buffer::~Buffer() {
 }
 
 void Session::negotiate(const Wish& wish) {
+  if (wish.input) choose_input(node_, *wish.input);
   const auto modes = modes_of(node_);
   const auto mode = choose_mode(modes, wish);
   if (!mode) {

@@ -19,6 +19,7 @@ namespace choreo::devices::v4l2 {
 struct Wish {
   std::string path;                  ///< Of the node, or a link to it.
   std::optional<Identity> identity;  ///< The device that was there before; found wherever it is now.
+  std::optional<int> input;          ///< Of a card with several sockets; the one it is at where left open.
   std::optional<cv::Size> size;
   std::optional<double> fps;
   std::optional<std::uint32_t> fourcc;

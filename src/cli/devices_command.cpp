@@ -48,7 +48,9 @@ std::vector<std::string> mode_lines(const std::vector<DeviceMode>& modes) {
   for (const auto& mode : modes) {
     auto& line = sizes[mode.format];
     if (line.empty()) formats.push_back(mode.format);
-    line += fmt::format("{}{}x{}{}", line.empty() ? "" : "; ", mode.size.width, mode.size.height, rates_of(mode));
+    line += fmt::format("{}{}x{}", line.empty() ? "" : "; ", mode.size.width, mode.size.height);
+    if (!mode.up_to.empty()) line += fmt::format(" to {}x{}", mode.up_to.width, mode.up_to.height);
+    line += rates_of(mode);
   }
   std::vector<std::string> lines;
   for (const auto& format : formats) lines.push_back(fmt::format("{:<5} {}", format, sizes[format]));
@@ -81,8 +83,10 @@ ordered_json json_of(const std::string& driver, const DeviceEntry& device) {
   ordered_json out = {{"source", device.source}, {"driver", driver}, {"name", device.name}};
   auto& modes = out["modes"] = ordered_json::array();
   for (const auto& mode : device.modes) {
-    modes.push_back(
-        {{"format", mode.format}, {"width", mode.size.width}, {"height", mode.size.height}, {"fps", mode.fps}});
+    ordered_json one = {{"format", mode.format}, {"width", mode.size.width}, {"height", mode.size.height}};
+    if (!mode.up_to.empty()) one["up_to"] = {{"width", mode.up_to.width}, {"height", mode.up_to.height}};
+    one["fps"] = mode.fps;
+    modes.push_back(std::move(one));
   }
   auto& controls = out["controls"] = ordered_json::array();
   for (const auto& control : device.controls) {

@@ -20,7 +20,7 @@ namespace {
 using ::testing::HasSubstr;
 
 Mode mode(std::uint32_t fourcc, std::uint32_t width, std::uint32_t height, std::vector<std::uint32_t> fps) {
-  Mode mode{fourcc, width, height, {}};
+  Mode mode{fourcc, width, height, {}, {}};
   for (const auto f : fps) mode.rates.push_back({1, f});
   return mode;
 }
@@ -59,6 +59,20 @@ TEST(ChooseMode, WhatIsAskedForIsTakenOrNothing) {
   EXPECT_EQ(choose_mode(webcam(), format)->fourcc, V4L2_PIX_FMT_NV12);
   format.fourcc = V4L2_PIX_FMT_UYVY;
   EXPECT_FALSE(choose_mode(webcam(), format));
+}
+
+TEST(ChooseMode, OfSizesInStepsAnyOnTheGridCanBeHad) {
+  auto card = mode(V4L2_PIX_FMT_YUYV, 16, 16, {60});
+  card.steps = {1920, 1080, 2, 1};
+  Wish wish;
+  wish.size = cv::Size(642, 481);
+  EXPECT_EQ(choose_mode({card}, wish)->width, 642U);
+  EXPECT_EQ(choose_mode({card}, wish)->height, 481U);
+  wish.size = cv::Size(643, 480);
+  EXPECT_FALSE(choose_mode({card}, wish)) << "between two steps";
+  wish.size = cv::Size(1922, 1080);
+  EXPECT_FALSE(choose_mode({card}, wish)) << "too large";
+  EXPECT_EQ(choose_mode({card}, {})->width, 640U) << "what is common";
 }
 
 TEST(ChooseMode, AFormatThatNobodyHereReadsIsNone) {

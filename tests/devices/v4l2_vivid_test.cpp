@@ -146,6 +146,7 @@ TEST_F(Vivid, RefusesControlsAndModesThatItHasNot) {
   EXPECT_THAT(refused("brightness=100000"), HasSubstr("from 0 to 255"));
   EXPECT_THAT(refused("brightness=bright"), HasSubstr("from 0 to 255"));
   EXPECT_THAT(refused("size=641x360"), HasSubstr("no such mode"));
+  EXPECT_THAT(refused("input=17"), HasSubstr("0 (Webcam"));
 }
 
 TEST_F(Vivid, DroppedBuffersAreGapsInTheNumbers) {
