@@ -2,6 +2,7 @@
 #include "cli/drivers.hpp"
 
 #include "devices/image_folder/image_folder.hpp"
+#include "devices/kinect_dump/kinect_dump.hpp"
 #include "devices/synthetic/synthetic_source.hpp"
 #include "devices/v4l2/v4l2_driver.hpp"
 #include "devices/video_file/video_file.hpp"
@@ -12,6 +13,7 @@ devices::Registry all_drivers(const Clock& clock) {
   devices::Registry registry;
   registry.add(devices::video_file_driver());
   registry.add(devices::image_folder_driver());
+  registry.add(devices::kinect_dump_driver());
   registry.add(devices::synthetic_driver());
   registry.add(devices::v4l2_driver(clock));
   return registry;
