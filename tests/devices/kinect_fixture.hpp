@@ -33,6 +33,19 @@ inline std::vector<std::uint8_t> kinect_words(int k) {
   return words;
 }
 
+/// A number that tells pictures apart (FNV-1a over the bytes); 0 of an empty one.
+inline std::uint64_t fingerprint(const cv::Mat& picture) {
+  if (picture.empty()) return 0;
+  std::uint64_t hash = 0xcbf29ce484222325U;
+  for (int y = 0; y < picture.rows; ++y) {
+    const auto* bytes = picture.ptr(y);
+    for (std::size_t k = 0; k < picture.elemSize() * static_cast<std::size_t>(picture.cols); ++k) {
+      hash = (hash ^ bytes[k]) * 0x100000001b3U;
+    }
+  }
+  return hash;
+}
+
 /// Frame k has its colour at `begin` + k periods and its depth `depth_late` after it.
 inline void write_kinect_dump(const std::string& folder, int frames, Nanoseconds begin = std::chrono::seconds(100),
                               Nanoseconds depth_late = std::chrono::milliseconds(4)) {

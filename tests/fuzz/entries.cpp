@@ -75,7 +75,7 @@ void source_uri(std::string_view text) {
   (void)accepted([&] { (void)parse_source_uri(text, [](const std::string& path) { return path.size() % 3 == 1; }); });
   if (!accepted([&] { uri = parse_source_uri(text, [](const std::string&) { return false; }); })) return;
   promise(uri.text == text, "the source is kept as it was written");
-  promise(!uri.location.empty(), "a source is somewhere");
+  promise(!uri.location.empty() || uri.scheme == "freenect", "a source is somewhere");
   promise(uri.location.find('\0') == std::string::npos, "no NUL byte comes to the operating system");
   for (const auto& [key, value] : uri.settings) {
     promise(!key.empty(), "a setting has a name");
