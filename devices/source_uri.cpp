@@ -22,6 +22,13 @@ constexpr std::array<std::string_view, 8> kNetworkSchemes = {"http", "https", "r
                                                              "srt",  "udp",   "tcp",  "rtp"};
 constexpr std::array<std::string_view, 2> kOwnSettings = {"rotate", "flip"};
 
+// Of these, no place means the first device there is.
+constexpr std::array<std::string_view, 1> kFirstOfSchemes = {"freenect"};
+
+bool may_name_no_place(std::string_view scheme) {
+  return std::find(kFirstOfSchemes.begin(), kFirstOfSchemes.end(), scheme) != kFirstOfSchemes.end();
+}
+
 bool is_scheme(std::string_view s) {
   // One letter is not a scheme, as "c:clip.mkv" is a file name.
   return s.size() > 1 && std::isalpha(static_cast<unsigned char>(s[0])) != 0 &&
@@ -138,7 +145,7 @@ SourceUri parse_source_uri(std::string_view text, bool (*exists)(const std::stri
   const auto location = rest.substr(0, settings_begin);
   uri.location = has_scheme ? percent_decoded(location, text) : std::string(location);
   if (settings_begin != std::string_view::npos) parse_settings(uri, rest.substr(settings_begin + 1));
-  if (uri.location.empty()) {
+  if (uri.location.empty() && !may_name_no_place(uri.scheme)) {
     throw usage_error(fmt::format("source \"{}\" names no place", text), {}, std::string(kHowToWrite));
   }
   return uri;

@@ -13,9 +13,10 @@ namespace choreo::devices {
 
 /// A SOURCE taken apart: `scheme://location?key=value&key=value`, or a path with the same settings behind it.
 struct SourceUri {
-  std::string text;      ///< As the user wrote it.
-  std::string scheme;    ///< Lower case; empty for a plain path.
-  std::string location;  ///< Path or address, percent-decoded where there is a scheme.
+  std::string text;    ///< As the user wrote it.
+  std::string scheme;  ///< Lower case; empty for a plain path.
+  /// Path or address, percent-decoded where there is a scheme; empty only for freenect://, the first there is.
+  std::string location;
   std::map<std::string, std::string, std::less<>> settings;
 };
 

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/drivers.hpp"
 
+#if CHOREO_HAS_FREENECT
+#include "devices/freenect/freenect_driver.hpp"
+#endif
 #include "devices/image_folder/image_folder.hpp"
+#include "devices/kinect_dump/kinect_dump.hpp"
 #include "devices/synthetic/synthetic_source.hpp"
 #include "devices/v4l2/v4l2_driver.hpp"
 #include "devices/video_file/video_file.hpp"
@@ -12,8 +16,15 @@ devices::Registry all_drivers(const Clock& clock) {
   devices::Registry registry;
   registry.add(devices::video_file_driver());
   registry.add(devices::image_folder_driver());
+  registry.add(devices::kinect_dump_driver());
   registry.add(devices::synthetic_driver());
   registry.add(devices::v4l2_driver(clock));
+#if CHOREO_HAS_FREENECT
+  registry.add(devices::freenect_driver(clock));
+#else
+  registry.add(devices::absent_driver("freenect", "a Kinect v1, its colour and its depth",
+                                      "install libfreenect-dev and build again"));
+#endif
   return registry;
 }
 

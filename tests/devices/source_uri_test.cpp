@@ -84,6 +84,12 @@ TEST(SourceUri, MalformedPercentSignsAndSettingsAreRefusedAsTheUsersMistake) {
   EXPECT_TRUE(error_of([] { (void)parsed(std::string_view("a\0b", 3)); }));
 }
 
+TEST(SourceUri, NoPlaceIsTheFirstOfDevicesThatAreFoundByThemselves) {
+  EXPECT_EQ(parsed("freenect://").location, "");
+  EXPECT_EQ(parsed("freenect:?led=off").location, "");
+  EXPECT_THAT(parsed("freenect:?led=off").settings, UnorderedElementsAre(Pair("led", "off")));
+}
+
 TEST(SourceUri, EmptySettingsAreNone) {
   EXPECT_THAT(parsed("a.mp4?").settings, IsEmpty());
   EXPECT_THAT(parsed("a.mp4?&x=1&&").settings, UnorderedElementsAre(Pair("x", "1")));

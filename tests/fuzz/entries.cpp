@@ -2,13 +2,16 @@
 #include "fuzz/entries.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include "config/config.hpp"
 #include "config/schema.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "core/time.hpp"
+#include "devices/kinect_dump/dump_index.hpp"
 #include "devices/source_uri.hpp"
 #include "devices/synthetic/synthetic_source.hpp"
 #include "pipeline/background.hpp"
@@ -72,7 +75,7 @@ void source_uri(std::string_view text) {
   (void)accepted([&] { (void)parse_source_uri(text, [](const std::string& path) { return path.size() % 3 == 1; }); });
   if (!accepted([&] { uri = parse_source_uri(text, [](const std::string&) { return false; }); })) return;
   promise(uri.text == text, "the source is kept as it was written");
-  promise(!uri.location.empty(), "a source is somewhere");
+  promise(!uri.location.empty() || uri.scheme == "freenect", "a source is somewhere");
   promise(uri.location.find('\0') == std::string::npos, "no NUL byte comes to the operating system");
   for (const auto& [key, value] : uri.settings) {
     promise(!key.empty(), "a setting has a name");
@@ -116,6 +119,30 @@ void texts(std::string_view text) {
     promise((background.kind == Kind::kFirst) == (background.first > Nanoseconds{0}), "first:T has a T above 0");
     promise((background.kind == Kind::kPlate) == !background.plate.empty(), "a plate has a path");
   });
+}
+
+void kinect_index(std::string_view text) {
+  using namespace devices::kinect_dump;
+  Index index;
+  const bool looks = looks_like_index(text);
+  if (!accepted([&] { index = parse_index(text, "INDEX.txt"); })) return;
+  promise(looks || text.find('\n') == std::string_view::npos, "what is accepted looks like it");
+  for (const auto* stream : {&index.colour, &index.depth}) {
+    Nanoseconds last{-1};
+    for (const auto& picture : *stream) {
+      promise(picture.name.find('/') == std::string::npos, "a name stays in its folder");
+      promise(picture.name.find('\0') == std::string::npos, "no NUL byte comes to the operating system");
+      promise(picture.time > last, "times increase");
+      last = picture.time;
+    }
+  }
+  std::optional<std::pair<std::size_t, std::size_t>> before;
+  for (const auto& pair : pairs_by_time(index)) {
+    promise(!before || (pair.first > before->first && pair.second > before->second), "no picture is in two pairs");
+    const auto apart = index.colour.at(pair.first).time - index.depth.at(pair.second).time;
+    promise(std::chrono::abs(apart) <= kPairWithin, "a pair is of one moment");
+    before = pair;
+  }
 }
 
 }  // namespace choreo::fuzz

@@ -21,6 +21,9 @@ void source_uri(std::string_view text);
 /// As a span, a duration and a background.
 void texts(std::string_view text);
 
+/// As the INDEX.txt of a Kinect's dump: names stay in their folder, times increase, pairs belong together.
+void kinect_index(std::string_view text);
+
 struct Entry {
   std::string name;  ///< Also of its folder below tests/corpus.
   void (*run)(std::string_view);
@@ -29,7 +32,7 @@ struct Entry {
 };
 
 [[nodiscard]] inline std::vector<Entry> entries() {
-  return {{"config", config}, {"source_uri", source_uri}, {"texts", texts}};
+  return {{"config", config}, {"kinect_index", kinect_index}, {"source_uri", source_uri}, {"texts", texts}};
 }
 
 }  // namespace choreo::fuzz
