@@ -66,12 +66,13 @@ elseif(CHOREO_SANITIZE MATCHES "address")
     "LSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/cmake/leaks.supp:print_suppressions=0")
 endif()
 
-# choreo_test(NAME [LABELS label] [TIMEOUT seconds] [LIBS libs...] SOURCES ...)
-# Makes a GoogleTest program whose cases CTest runs one by one. The label is unit unless said otherwise; those of
+# choreo_test(NAME [LABELS label] [TIMEOUT seconds] [LIBRARIES_FROM folder] [LIBS libs...] SOURCES ...)
+# Makes a GoogleTest program whose cases CTest runs one by one. Shared libraries that lie in LIBRARIES_FROM stand in for
+# those of the system. The label is unit unless said otherwise; those of
 # unit_threaded are what the thread sanitizer is for, and what the target threaded_tests builds.
 add_custom_target(threaded_tests)
 function(choreo_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "LABELS;LIBS;SOURCES" ${ARGN})
+  cmake_parse_arguments(ARG "" "TIMEOUT;LIBRARIES_FROM" "LABELS;LIBS;SOURCES" ${ARGN})
   if(NOT ARG_LABELS)
     set(ARG_LABELS unit)
   endif()
@@ -88,6 +89,10 @@ function(choreo_test name)
   if(ARG_LABELS MATCHES threaded)
     add_dependencies(threaded_tests ${name})
   endif()
+  set(replaced)
+  if(ARG_LIBRARIES_FROM)
+    set(replaced ENVIRONMENT_MODIFICATION "LD_LIBRARY_PATH=path_list_prepend:${ARG_LIBRARIES_FROM}")
+  endif()
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
-    PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT} ${choreo_test_environment})
+    PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT} ${choreo_test_environment} ${replaced})
 endfunction()

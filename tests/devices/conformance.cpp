@@ -194,7 +194,7 @@ TEST_P(Conformance, WhatCanBeReadAgainIsTheSameAgain) {
 }
 
 TEST_P(Conformance, LostAndFound) {
-  if (!subject_->lose) GTEST_SKIP() << "a recording does not go away";
+  if (!subject_->lose) GTEST_SKIP() << "it does not go away, or not at will";
   const auto source = open();
   ASSERT_TRUE(read_until(*source, DeviceState::kRunning));
   for (int turn = 0; turn < 2; ++turn) {
@@ -211,7 +211,7 @@ TEST_P(Conformance, LostAndFound) {
 }
 
 TEST_P(Conformance, MayBeDestroyedWhileItIsLost) {
-  if (!subject_->lose) GTEST_SKIP() << "a recording does not go away";
+  if (!subject_->lose) GTEST_SKIP() << "it does not go away, or not at will";
   {
     const auto source = open();
     ASSERT_TRUE(read_until(*source, DeviceState::kRunning));

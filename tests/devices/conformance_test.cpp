@@ -5,6 +5,8 @@
 
 #include "devices/conformance.hpp"
 #include "devices/image_folder/image_folder.hpp"
+#include "devices/kinect_dump/kinect_dump.hpp"
+#include "devices/kinect_fixture.hpp"
 #include "devices/synthetic/synthetic_source.hpp"
 #include "devices/video_file/video_file.hpp"
 #include "outputs/video_writer.hpp"
@@ -38,10 +40,22 @@ ConformanceSubject file() {
   return {"file", video_file_driver(), *files / "clip.mkv", *files / "clip.mkv?rotate=45", {}, {}, files};
 }
 
+ConformanceSubject kinect_dump() {
+  const auto files = std::make_shared<test::TempFolder>();
+  test::write_kinect_dump(files->path(), kFrames);
+  return {"kinect_dump",
+          kinect_dump_driver(),
+          "kinect-dump:" + files->path(),
+          "kinect-dump:" + files->path() + "?depth=deep",
+          {},
+          {},
+          files};
+}
+
 }  // namespace
 
 std::vector<std::pair<std::string, std::function<ConformanceSubject()>>> conformance_subjects() {
-  return {{"performer", performer}, {"folder", folder}, {"file", file}};
+  return {{"performer", performer}, {"folder", folder}, {"file", file}, {"kinect_dump", kinect_dump}};
 }
 
 }  // namespace choreo::devices
