@@ -2,6 +2,7 @@
 #include "cli/drivers.hpp"
 
 #include "devices/image_folder/image_folder.hpp"
+#include "devices/network/network_driver.hpp"
 #include "devices/synthetic/synthetic_source.hpp"
 #include "devices/v4l2/v4l2_driver.hpp"
 #include "devices/video_file/video_file.hpp"
@@ -14,6 +15,7 @@ devices::Registry all_drivers(const Clock& clock) {
   registry.add(devices::image_folder_driver());
   registry.add(devices::synthetic_driver());
   registry.add(devices::v4l2_driver(clock));
+  registry.add(devices::network_driver(clock, devices::open_remote_recording));
   return registry;
 }
 
