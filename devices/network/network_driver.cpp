@@ -15,8 +15,9 @@ namespace choreo::devices {
 namespace {
 
 constexpr Nanoseconds kSlice = std::chrono::milliseconds(50);
-// Taking up again is tried anew after this: a camera that was switched off may never answer what it was sent before.
-constexpr Nanoseconds kLongestReopening = std::chrono::seconds(5);
+// Taking up again is tried anew after this, or twice what the first opening took: a camera that was switched off may
+// never answer what it was sent before.
+constexpr Nanoseconds kReopening = std::chrono::seconds(3);
 
 // The address is none of a camera. Passes through whoever supervises cameras.
 class RecordingFound : public std::exception {};
@@ -30,6 +31,7 @@ class Camera {
 
  private:
   std::unique_ptr<DeviceSession> open_first(const std::stop_token& stop) {
+    const auto begin = clock_.now();
     auto session = std::make_unique<network::Session>(wish_, clock_);
     try {
       while (!session->is_ready(kSlice)) {
@@ -40,7 +42,7 @@ class Camera {
       throw usage_error(lost.what(), {}, "check the address, and whether the camera runs");
     }
     opened_ = true;
-    wish_.patience = std::min(wish_.patience, kLongestReopening);
+    wish_.patience = std::min(wish_.patience, std::max(kReopening, 2 * (clock_.now() - begin)));
     return session;
   }
 
@@ -68,7 +70,7 @@ std::unique_ptr<Source> open(const SourceUri& uri, SettingReader& settings, cons
   wish.address = uri.location;
   wish.name = without_password(uri.location);
   wish.patience = from_seconds(settings.take_number("patience", 10, 0.1, 600));
-  const auto silence = from_seconds(settings.take_number("silence", 0.9, 0.1, 600));
+  const auto silence = from_seconds(settings.take_number("silence", 0.8, 0.1, 600));
   if (uri.scheme.starts_with("rtsp")) {
     static const std::vector<std::string> kTransports = {"tcp", "udp"};
     // Over UDP a busy network loses packets, and every loss is a broken picture.

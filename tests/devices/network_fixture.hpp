@@ -37,7 +37,7 @@ class NetworkTest : public ::testing::Test {
   }
 
   /// The usage error of opening; fails the test where there is none, or where it takes longer than `limit`.
-  Error refusal(const std::string& address, Nanoseconds limit = 1500ms) {
+  Error refusal(const std::string& address, Nanoseconds limit = 2500ms) {
     const auto begin = clock_.now();
     const auto error = test::error_of([&] { (void)open(address); });
     EXPECT_LT(clock_.now() - begin, limit) << address;

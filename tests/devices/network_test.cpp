@@ -94,8 +94,8 @@ TEST_F(NetworkCamera, WhoeverReadsLateGetsTheNewestPicture) {
         int(pause.count()), 1e3 * to_seconds(sum) / count, 1e3 * to_seconds(oldest), count);
     return oldest;
   };
-  EXPECT_LT(measure(8, 300ms), 200ms);
-  EXPECT_LT(measure(60, 0ms), 200ms);
+  EXPECT_LT(measure(8, 300ms), 500ms) << "in a queue it would be seconds";
+  EXPECT_LT(measure(60, 0ms), 500ms);
 }
 
 TEST_F(NetworkCamera, PicturesWithoutALengthAreReadAsWell) {
@@ -134,6 +134,20 @@ TEST_F(NetworkCamera, DamagedPicturesAreLeftOutAndTold) {
     EXPECT_EQ(test::number_of(frame->bgr) % 2, 0);
   }
   EXPECT_THAT(source->warnings(), ElementsAre(HasSubstr("damaged pictures")));
+}
+
+TEST_F(NetworkCamera, IsNoRecordingWhateverLengthTheServerDeclares) {
+  const LoopbackServer server([](Caller& caller) {
+    (void)caller.request();
+    bool there = caller.send(
+        "HTTP/1.0 200 OK\r\nContent-Type: multipart/x-mixed-replace; boundary=next\r\n"
+        "Content-Length: 99999999\r\n\r\n");
+    for (int k = 0; there; ++k)
+      there = test::send_part(caller, test::jpeg_of(test::numbered_picture(k))) && caller.wait(20ms);
+  });
+  const auto source = open(server.address());
+  EXPECT_TRUE(read(*source));
+  EXPECT_THAT(states(), ElementsAre("starting", "running"));
 }
 
 // A broadcast: no length, and times of its own.

@@ -49,6 +49,21 @@ TEST_F(NetworkTrouble, WhatTheServerRefusesIsToldInItsWords) {
   EXPECT_THAT(refusal(locked.address()).hint(), HasSubstr("name:password@"));
 }
 
+TEST_F(NetworkTrouble, WhatAnRtspServerRefusesIsToldAsWell) {
+  const auto answers = [](const std::string& status) {
+    return [status](Caller& caller) {
+      for (auto ask = caller.request(); !ask.empty(); ask = caller.request()) {
+        const auto number = ask.substr(ask.find("CSeq:"));
+        (void)caller.send("RTSP/1.0 " + status + "\r\n" + number.substr(0, number.find("\r\n")) + "\r\n\r\n");
+      }
+    };
+  };
+  const LoopbackServer missing(answers("404 Not Found"));
+  EXPECT_THAT(refusal(missing.address("rtsp") + "/live").what(), HasSubstr("404"));
+  const LoopbackServer locked(answers("401 Unauthorized"));
+  EXPECT_THAT(refusal(locked.address("rtsp") + "/live").hint(), HasSubstr("name:password@"));
+}
+
 TEST_F(NetworkTrouble, WhatIsNoVideoIsRefused) {
   std::string noise;
   cv::RNG random(7);
