@@ -83,7 +83,7 @@ std::unique_ptr<Source> Registry::open(const std::string& source, const OpenOpti
       known.push_back(d.scheme);
       known.insert(known.end(), d.also_schemes.begin(), d.also_schemes.end());
     }
-    throw usage_error(fmt::format("source \"{}\": unknown scheme \"{}\"", source, uri.scheme), {},
+    throw usage_error(fmt::format("source \"{}\": unknown scheme \"{}\"", uri.text, uri.scheme), {},
                       fmt::format("known: {}", join(known)));
   }
   SettingReader settings(uri);

@@ -18,9 +18,24 @@ constexpr std::string_view kHowToWrite =
     "synthetic://walking?seed=2";
 
 // What the server behind such an address does with its query is its own business.
-constexpr std::array<std::string_view, 8> kNetworkSchemes = {"http", "https", "rtsp", "rtmp",
+constexpr std::array<std::string_view, 9> kNetworkSchemes = {"http", "https", "rtsp", "rtsps", "rtmp",
                                                              "srt",  "udp",   "tcp",  "rtp"};
-constexpr std::array<std::string_view, 2> kOwnSettings = {"rotate", "flip"};
+constexpr std::array<std::string_view, 4> kOwnSettings = {"rotate", "flip", "patience", "silence"};
+constexpr std::array<std::string_view, 2> kOwnRtspSettings = {"transport", "listen"};
+constexpr std::array<std::string_view, 8> kSecrets = {"password", "passwd", "pass",   "pwd",
+                                                      "token",    "key",    "secret", "auth"};
+
+template <std::size_t N>
+bool is_among(std::string_view name, const std::array<std::string_view, N>& names) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+std::string in_lower_case(std::string_view text) {
+  std::string lower(text);
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return lower;
+}
 
 // Of these, no place means the first device there is.
 constexpr std::array<std::string_view, 1> kFirstOfSchemes = {"freenect"};
@@ -97,7 +112,8 @@ void parse_network(SourceUri& uri, std::string_view address) {
     const auto item = query.substr(0, end);
     query.remove_prefix(std::min(end + 1, query.size()));
     const auto key = item.substr(0, item.find('='));
-    auto& kept = std::find(kOwnSettings.begin(), kOwnSettings.end(), key) != kOwnSettings.end() ? ours : theirs;
+    const bool own = is_among(key, kOwnSettings) || (uri.scheme.starts_with("rtsp") && is_among(key, kOwnRtspSettings));
+    auto& kept = own ? ours : theirs;
     if (!kept.empty()) kept += '&';
     kept += item;
   }
@@ -105,7 +121,53 @@ void parse_network(SourceUri& uri, std::string_view address) {
   parse_settings(uri, ours);
 }
 
+// Up to where a word lasts in a message: addresses are often quoted.
+constexpr std::string_view kEndOfAddress = " \t\r\n\"'<>";
+
+// The values of settings that are called like secrets, of one address.
+std::string without_secret_settings(std::string_view address) {
+  auto at = address.find('?');
+  if (at == std::string_view::npos) return std::string(address);
+  std::string out(address.substr(0, ++at));
+  address.remove_prefix(at);
+  while (!address.empty()) {
+    const auto end = std::min(address.find_first_of("&?#"), address.size());
+    const auto item = address.substr(0, end);
+    const auto equals = item.find('=');
+    if (equals != std::string_view::npos && is_among(in_lower_case(item.substr(0, equals)), kSecrets)) {
+      out += item.substr(0, equals + 1);
+      out += "***";
+    } else {
+      out += item;
+    }
+    if (end < address.size()) out += address[end];
+    address.remove_prefix(std::min(end + 1, address.size()));
+  }
+  return out;
+}
+
 }  // namespace
+
+std::string without_password(std::string_view text) {
+  std::string out;
+  for (;;) {
+    const auto begin = text.find("://");
+    if (begin == std::string_view::npos) return out += text;
+    out += text.substr(0, begin + 3);
+    text.remove_prefix(begin + 3);
+    const auto authority = text.substr(0, text.find_first_of("/?#"));
+    const auto at = authority.rfind('@');
+    const auto colon = at == std::string_view::npos ? at : authority.substr(0, at).find(':');
+    if (colon != std::string_view::npos) {
+      out += authority.substr(0, colon + 1);
+      out += "***";
+      text.remove_prefix(at);
+    }
+    const auto address = text.substr(0, std::min(text.find_first_of(kEndOfAddress), text.find("://")));
+    out += without_secret_settings(address);
+    text.remove_prefix(address.size());
+  }
+}
 
 SourceUri parse_source_uri(std::string_view text, bool (*exists)(const std::string& path)) {
   SourceUri uri;
@@ -117,11 +179,12 @@ SourceUri parse_source_uri(std::string_view text, bool (*exists)(const std::stri
     uri.location = uri.text;
     return uri;
   }
+  const std::string written(text);
   // The last question mark begins the settings: what stands before it may contain others. Where that is a path as
   // written, it is no URI, however much a colon in it looks like one.
   const auto question = text.rfind('?');
-  if (question != std::string_view::npos && exists(uri.text.substr(0, question))) {
-    uri.location = uri.text.substr(0, question);
+  if (question != std::string_view::npos && exists(written.substr(0, question))) {
+    uri.location = written.substr(0, question);
     parse_settings(uri, text.substr(question + 1));
     return uri;
   }
@@ -130,12 +193,11 @@ SourceUri parse_source_uri(std::string_view text, bool (*exists)(const std::stri
                           text.substr(0, colon).find('/') == std::string_view::npos;
   auto rest = text;
   if (has_scheme) {
-    uri.scheme = std::string(text.substr(0, colon));
-    std::transform(uri.scheme.begin(), uri.scheme.end(), uri.scheme.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    if (std::find(kNetworkSchemes.begin(), kNetworkSchemes.end(), uri.scheme) != kNetworkSchemes.end()) {
+    uri.text = without_password(text);
+    uri.scheme = in_lower_case(text.substr(0, colon));
+    if (is_among(uri.scheme, kNetworkSchemes)) {
       // FFmpeg knows its protocols in lower case only.
-      parse_network(uri, uri.scheme + uri.text.substr(colon));
+      parse_network(uri, uri.scheme + written.substr(colon));
       return uri;
     }
     rest.remove_prefix(colon + 1);
@@ -143,10 +205,10 @@ SourceUri parse_source_uri(std::string_view text, bool (*exists)(const std::stri
   }
   const auto settings_begin = rest.rfind('?');
   const auto location = rest.substr(0, settings_begin);
-  uri.location = has_scheme ? percent_decoded(location, text) : std::string(location);
+  uri.location = has_scheme ? percent_decoded(location, uri.text) : std::string(location);
   if (settings_begin != std::string_view::npos) parse_settings(uri, rest.substr(settings_begin + 1));
   if (uri.location.empty() && !may_name_no_place(uri.scheme)) {
-    throw usage_error(fmt::format("source \"{}\" names no place", text), {}, std::string(kHowToWrite));
+    throw usage_error(fmt::format("source \"{}\" names no place", uri.text), {}, std::string(kHowToWrite));
   }
   return uri;
 }

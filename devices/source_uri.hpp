@@ -13,15 +13,20 @@ namespace choreo::devices {
 
 /// A SOURCE taken apart: `scheme://location?key=value&key=value`, or a path with the same settings behind it.
 struct SourceUri {
-  std::string text;    ///< As the user wrote it.
+  std::string text;    ///< As the user wrote it, of an address `without_password`: it stands in messages and files.
   std::string scheme;  ///< Lower case; empty for a plain path.
   /// Path or address, percent-decoded where there is a scheme; empty only for freenect://, the first there is.
   std::string location;
   std::map<std::string, std::string, std::less<>> settings;
 };
 
+/// The text with "***" in place of what nobody else should read: the password in "rtsp://user:password@host" and the
+/// values of settings behind a question mark that are called password, pwd, token, key and the like.
+[[nodiscard]] std::string without_password(std::string_view text);
+
 /// Takes a SOURCE apart. A path that exists as written is a path, whatever characters its name contains. Of a network
-/// address (http, rtsp, ...) only the settings named in `own_settings` are taken out; the rest belongs to the server.
+/// address (http, rtsp, ...) only rotate, flip, patience and silence are taken out, of rtsp also transport and listen;
+/// the rest belongs to the server.
 /// @param exists  says whether a path exists.
 /// @throws Error (usage) on an empty text, a NUL byte, a malformed setting or one given twice.
 [[nodiscard]] SourceUri parse_source_uri(std::string_view text, bool (*exists)(const std::string& path));

@@ -2,7 +2,6 @@
 #include "devices/media/video_stream.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstdlib>
 #include <new>
 #include <string_view>
@@ -10,11 +9,8 @@
 
 #include <fmt/format.h>
 
-extern "C" {
-#include <libavutil/dict.h>
-}
-
 #include "core/error.hpp"
+#include "devices/media/video_choice.hpp"
 
 namespace choreo::devices {
 namespace {
@@ -24,12 +20,6 @@ constexpr const char* kWhatIsAVideo = "give a video that FFmpeg can play, such a
 int should_interrupt(void* watch) {
   const auto& w = *static_cast<const Watch*>(watch);
   return w.stopped() || w.timed_out() ? 1 : 0;
-}
-
-// FFmpeg animates character art, and takes every text file for it.
-bool is_character_art(AVCodecID codec) {
-  static constexpr std::array kCodecs = {AV_CODEC_ID_ANSI, AV_CODEC_ID_BINTEXT, AV_CODEC_ID_XBIN, AV_CODEC_ID_IDF};
-  return std::find(kCodecs.begin(), kCodecs.end(), codec) != kCodecs.end();
 }
 
 // "00:00:10.033000000", as Matroska's statistics tags write a track's length.
@@ -52,12 +42,17 @@ void Watch::begin(std::stop_token stop, int patience_times) {
 }
 
 VideoStream::VideoStream(const std::string& location, bool network, const OpenOptions& options, Nanoseconds patience)
-    : location_(location), network_(network), watch_(options.stop, network, patience), packet_(av_packet_alloc()) {
+    : location_(network ? without_password(location) : location),
+      network_(network),
+      watch_(options.stop, network, patience),
+      packet_(av_packet_alloc()) {
   if (!packet_) throw std::bad_alloc();
   silence_libav();
   forget_libav_message();
   open_container(location, network);
-  choose_stream();
+  const auto choice = choose_video(*container_, location_);
+  stream_ = choice.stream;
+  codec_ = choice.codec;
   open_decoder(options.threads);
 }
 
@@ -68,7 +63,7 @@ void VideoStream::refuse(int code, std::string_view doing) const {
         fmt::format("\"{}\" does not answer: nothing came for {} s", location_, to_seconds(watch_.patience())), {},
         "check the address and whether the sender runs");
   }
-  const auto said = last_libav_message();
+  const auto said = without_password(last_libav_message());
   const auto cause = libav_error_text(code) + (said.empty() ? "" : fmt::format(" ({})", said));
   if (network_)
     throw usage_error(fmt::format("\"{}\" cannot be opened: {}", location_, cause), {}, "check the address");
@@ -83,12 +78,8 @@ void VideoStream::open_container(const std::string& location, bool network) {
   if (context == nullptr) throw std::bad_alloc();
   container_.reset(context);
   context->interrupt_callback = {should_interrupt, &watch_};
-  AVDictionary* settings = nullptr;
   std::string address = location;
-  if (network) {
-    // Over UDP a busy network loses packets, and every loss is a broken picture.
-    av_dict_set(&settings, "rtsp_flags", "prefer_tcp", 0);
-  } else {
+  if (!network) {
     bytes_ = std::make_unique<ByteInput>(location, [this] { return watch_.stopped(); });
     context->pb = bytes_->context();
     context->flags |= AVFMT_FLAG_CUSTOM_IO;
@@ -98,52 +89,14 @@ void VideoStream::open_container(const std::string& location, bool network) {
   }
   watch_.begin({});
   (void)container_.release();  // avformat_open_input frees it where it fails.
-  const int opened = avformat_open_input(&context, address.c_str(), nullptr, &settings);
-  av_dict_free(&settings);
+  const int opened = avformat_open_input(&context, address.c_str(), nullptr, nullptr);
   container_.reset(context);
   if (opened < 0) refuse(opened, "is not a video that FFmpeg can read");
 
-  for (unsigned i = 0; i < context->nb_streams; ++i) {
-    if (is_character_art(context->streams[i]->codecpar->codec_id)) {
-      throw usage_error(fmt::format("\"{}\" is text, not a video", location_), {}, kWhatIsAVideo);
-    }
-  }
+  refuse_character_art(*context, location_);
   watch_.begin({}, 2);
   const int known = avformat_find_stream_info(context, nullptr);
   if (known < 0 || watch_.stopped() || watch_.timed_out()) refuse(known, "is not a video that FFmpeg can read");
-}
-
-void VideoStream::choose_stream() {
-  // The default track, then the largest, then the first; a cover picture is no video.
-  const auto rank = [](const AVStream& s) {
-    return std::pair((s.disposition & AV_DISPOSITION_DEFAULT) != 0,
-                     std::int64_t{s.codecpar->width} * s.codecpar->height);
-  };
-  std::string undecodable;
-  for (unsigned i = 0; i < container_->nb_streams; ++i) {
-    auto* candidate = container_->streams[i];
-    candidate->discard = AVDISCARD_ALL;
-    if (candidate->codecpar->codec_type != AVMEDIA_TYPE_VIDEO) continue;
-    if ((candidate->disposition & AV_DISPOSITION_ATTACHED_PIC) != 0) continue;
-    const auto* codec = avcodec_find_decoder(candidate->codecpar->codec_id);
-    if (codec == nullptr) {
-      undecodable = avcodec_get_name(candidate->codecpar->codec_id);
-    } else if (stream_ == nullptr || rank(*candidate) > rank(*stream_)) {
-      stream_ = candidate;
-      codec_ = codec;
-    }
-  }
-  if (stream_ == nullptr && !undecodable.empty()) {
-    throw usage_error(fmt::format("\"{}\": FFmpeg cannot decode its video, \"{}\"", location_, undecodable), {},
-                      kWhatIsAVideo);
-  }
-  if (stream_ == nullptr) {
-    throw usage_error(fmt::format("\"{}\" has no video, only {} (format \"{}\")", location_,
-                                  container_->nb_streams == 0 ? "empty tracks" : "sound, text or a cover picture",
-                                  container_->iformat->name),
-                      {}, kWhatIsAVideo);
-  }
-  stream_->discard = AVDISCARD_DEFAULT;
 }
 
 void VideoStream::open_decoder(int threads) {
@@ -163,13 +116,7 @@ void VideoStream::open_decoder(int threads) {
   if (result < 0) refuse(result, fmt::format("holds \"{}\" video that FFmpeg cannot decode", codec_->name));
 }
 
-double VideoStream::nominal_fps() const {
-  for (const auto rate : {stream_->avg_frame_rate, stream_->r_frame_rate}) {
-    // Above 1000 Hz FFmpeg's second guess is the time base and not a rate.
-    if (rate.num > 0 && rate.den > 0 && av_q2d(rate) <= 1000.0) return av_q2d(rate);
-  }
-  return 0;
-}
+double VideoStream::nominal_fps() const { return declared_fps(*stream_); }
 
 std::optional<Nanoseconds> VideoStream::declared_duration() const {
   if (const auto* tag = av_dict_get(stream_->metadata, "DURATION", nullptr, 0)) {

@@ -71,7 +71,6 @@ class VideoStream {
 
  private:
   void open_container(const std::string& location, bool network);
-  void choose_stream();
   void open_decoder(int threads);
   [[noreturn]] void refuse(int code, std::string_view doing) const;
   bool feed();

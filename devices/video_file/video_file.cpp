@@ -17,8 +17,6 @@
 namespace choreo::devices {
 namespace {
 
-const std::vector<std::string> kNetworkSchemes = {"http", "https", "rtsp", "rtmp", "srt", "udp", "tcp", "rtp"};
-
 // What decides the size of the delivered picture.
 struct Shape {
   cv::Size coded;
@@ -35,7 +33,7 @@ struct Shape {
 class VideoFile final : public Source {
  public:
   VideoFile(const SourceUri& uri, bool network, const OpenOptions& options, Nanoseconds patience)
-      : location_(uri.location),
+      : location_(network ? without_password(uri.location) : uri.location),
         stream_(uri.location, network, options, patience),
         pictures_(stream_.stream().codecpar->codec_id),
         timeline_(stream_.nominal_fps() > 0 ? from_seconds(1.0 / stream_.nominal_fps()) : Nanoseconds(0),
@@ -208,18 +206,20 @@ class VideoFile final : public Source {
 
 }  // namespace
 
-Driver video_file_driver(Nanoseconds patience) {
+Driver video_file_driver() {
   Driver driver;
   driver.scheme = "file";
-  driver.also_schemes = kNetworkSchemes;
   driver.example = "clip.mp4?rotate=90";
-  driver.summary = "a video file or network stream, anything FFmpeg opens";
-  driver.open = [patience](const SourceUri& uri, SettingReader& settings, const OpenOptions& options) {
+  driver.summary = "a video file, anything FFmpeg opens";
+  driver.open = [](const SourceUri& uri, SettingReader& settings, const OpenOptions& options) {
     settings.refuse_the_rest();
-    const bool network = std::find(kNetworkSchemes.begin(), kNetworkSchemes.end(), uri.scheme) != kNetworkSchemes.end();
-    return std::make_unique<VideoFile>(uri, network, options, patience);
+    return std::make_unique<VideoFile>(uri, false, options, Nanoseconds(0));
   };
   return driver;
+}
+
+std::unique_ptr<Source> open_remote_recording(const SourceUri& uri, const OpenOptions& options, Nanoseconds patience) {
+  return std::make_unique<VideoFile>(uri, true, options, patience);
 }
 
 }  // namespace choreo::devices

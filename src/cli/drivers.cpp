@@ -6,6 +6,7 @@
 #endif
 #include "devices/image_folder/image_folder.hpp"
 #include "devices/kinect_dump/kinect_dump.hpp"
+#include "devices/network/network_driver.hpp"
 #include "devices/synthetic/synthetic_source.hpp"
 #include "devices/v4l2/v4l2_driver.hpp"
 #include "devices/video_file/video_file.hpp"
@@ -25,6 +26,7 @@ devices::Registry all_drivers(const Clock& clock) {
   registry.add(devices::absent_driver("freenect", "a Kinect v1, its colour and its depth",
                                       "install libfreenect-dev and build again"));
 #endif
+  registry.add(devices::network_driver(clock, devices::open_remote_recording));
   return registry;
 }
 

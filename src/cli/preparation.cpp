@@ -51,7 +51,9 @@ std::unique_ptr<devices::Source> Preparation::open() {
   devices::OpenOptions opening;
   opening.threads = options_.threads;
   opening.stop = stop;
-  opening.on_event = [this](const devices::DeviceEvent& event) { news.hear(options_.source, event); };
+  opening.on_event = [this](const devices::DeviceEvent& event) {
+    news.hear(devices::without_password(options_.source), event);
+  };
   try {
     return registry_.open(options_.source, opening);
   } catch (const Error&) {

@@ -105,6 +105,37 @@ TEST(SourceUri, TheServersPartOfANetworkAddressIsLeftToTheServer) {
   EXPECT_EQ(parsed("udp://0.0.0.0:5000?fifo_size=9").location, "udp://0.0.0.0:5000?fifo_size=9");
 }
 
+TEST(SourceUri, OnlyRtspHasATransportOfItsOwn) {
+  const auto rtsp = parsed("rtsps://host/cam?transport=udp&listen=1&patience=2&silence=5&channel=3");
+  EXPECT_EQ(rtsp.location, "rtsps://host/cam?channel=3");
+  EXPECT_THAT(rtsp.settings, UnorderedElementsAre(Pair("transport", "udp"), Pair("listen", "1"), Pair("patience", "2"),
+                                                  Pair("silence", "5")));
+  EXPECT_EQ(parsed("tcp://0.0.0.0:5000?listen=1&patience=2").location, "tcp://0.0.0.0:5000?listen=1");
+}
+
+TEST(SourceUri, ThePasswordIsUsedButNotShown) {
+  const auto uri = parsed("rtsp://me:s3cret@host:554/cam?pwd=s3cret&channel=1&patience=4");
+  EXPECT_EQ(uri.location, "rtsp://me:s3cret@host:554/cam?pwd=s3cret&channel=1");
+  EXPECT_EQ(uri.text, "rtsp://me:***@host:554/cam?pwd=***&channel=1&patience=4");
+}
+
+TEST(SourceUri, WhatHidesPasswordsLeavesTheRest) {
+  for (const auto* harmless : {"", "walk?key=1.mkv", "http://host/a@b:c", "http://me@host/", "http://host?user=me",
+                               "\"tcp://10.0.0.1:80\" does not answer", "a://", "@:@:"}) {
+    EXPECT_EQ(without_password(harmless), harmless);
+  }
+  EXPECT_EQ(without_password("http://a:b@c@host:80/x:y@z"), "http://a:***@host:80/x:y@z");
+  EXPECT_EQ(without_password("http://a:b c@host"), "http://a:***@host");
+  EXPECT_EQ(without_password("\"http://a:@h\": no, http://u:p@i?Token=1&x=2#k failed"),
+            "\"http://a:***@h\": no, http://u:***@i?Token=***&x=2#k failed");
+}
+
+TEST(SourceUri, NoRefusalShowsAPassword) {
+  const auto error = error_of([&] { (void)parsed("rtps://me:s3cret@host/%zz"); });
+  ASSERT_TRUE(error);
+  EXPECT_EQ(std::string(error->what()).find("s3cret"), std::string::npos) << error->what();
+}
+
 TEST(SourceUri, FFmpegGetsItsSchemeInLowerCase) {
   EXPECT_EQ(parsed("HTTP://Host/Path?Q=1").location, "http://Host/Path?Q=1");
 }

@@ -65,8 +65,10 @@ class SilentServer {
 
 class VideoWaitingTest : public VideoFileTest {
  protected:
-  VideoWaitingTest() { impatient_.add(video_file_driver(500ms)); }
-  Registry impatient_;
+  static std::unique_ptr<Source> open_remote(const std::string& address) {
+    const auto uri = parse_source_uri(address, [](const std::string&) { return false; });
+    return open_remote_recording(uri, {}, 500ms);
+  }
 };
 
 TEST_F(VideoWaitingTest, APipeIsReadButNotRepeatable) {
@@ -139,7 +141,7 @@ TEST_F(VideoWaitingTest, AStopEndsTheWaitForTheNextFrame) {
 TEST_F(VideoWaitingTest, APeerThatNeverSendsIsAFailureAfterAWhile) {
   const SilentServer server({});
   const auto begin = std::chrono::steady_clock::now();
-  const auto error = test::error_of([&] { (void)impatient_.open(server.address()); });
+  const auto error = test::error_of([&] { (void)open_remote(server.address()); });
   ASSERT_TRUE(error);
   EXPECT_EQ(error->fault(), Fault::kFailure);
   EXPECT_THAT(error->what(), HasSubstr("nothing came for 0.5 s"));
@@ -164,7 +166,7 @@ TEST_F(VideoWaitingTest, APeerThatFallsSilentIsAFailureAfterItsFrames) {
   };
   make_video(folder_ / "a.ts", recipe);
   const SilentServer server(test::read_bytes(folder_ / "a.ts"));
-  const auto source = impatient_.open(server.address());
+  const auto source = open_remote(server.address());
   EXPECT_FALSE(source->info().repeatable);
   int count = 0;
   const auto error = test::error_of([&] {
@@ -182,7 +184,7 @@ TEST_F(VideoWaitingTest, APeerThatIsNotThereIsTheUsersMistake) {
     const SilentServer gone({});
     address = gone.address();
   }
-  const auto error = test::error_of([&] { (void)impatient_.open(address); });
+  const auto error = test::error_of([&] { (void)open_remote(address); });
   ASSERT_TRUE(error);
   EXPECT_EQ(error->fault(), Fault::kUsage);
   EXPECT_THAT(error->what(), HasSubstr("Connection refused"));

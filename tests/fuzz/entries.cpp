@@ -74,7 +74,9 @@ void source_uri(std::string_view text) {
   // Once as if nothing existed, once as if some paths did.
   (void)accepted([&] { (void)parse_source_uri(text, [](const std::string& path) { return path.size() % 3 == 1; }); });
   if (!accepted([&] { uri = parse_source_uri(text, [](const std::string&) { return false; }); })) return;
-  promise(uri.text == text, "the source is kept as it was written");
+  promise(uri.text == text || uri.text == devices::without_password(text), "the source is kept as it was written");
+  promise(devices::without_password(devices::without_password(text)) == devices::without_password(text),
+          "what hides a password leaves none to hide");
   promise(!uri.location.empty() || uri.scheme == "freenect", "a source is somewhere");
   promise(uri.location.find('\0') == std::string::npos, "no NUL byte comes to the operating system");
   for (const auto& [key, value] : uri.settings) {

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "devices/media/video_choice.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+
+namespace choreo::devices {
+namespace {
+
+constexpr const char* kWhatIsAVideo = "give a video that FFmpeg can play, such as clip.mp4 or clip.mkv";
+
+}  // namespace
+
+VideoChoice choose_video(AVFormatContext& container, const std::string& name) {
+  const auto rank = [](const AVStream& s) {
+    return std::pair((s.disposition & AV_DISPOSITION_DEFAULT) != 0,
+                     std::int64_t{s.codecpar->width} * s.codecpar->height);
+  };
+  VideoChoice choice;
+  std::string undecodable;
+  for (unsigned i = 0; i < container.nb_streams; ++i) {
+    auto* candidate = container.streams[i];
+    candidate->discard = AVDISCARD_ALL;
+    if (candidate->codecpar->codec_type != AVMEDIA_TYPE_VIDEO) continue;
+    if ((candidate->disposition & AV_DISPOSITION_ATTACHED_PIC) != 0) continue;
+    const auto* codec = avcodec_find_decoder(candidate->codecpar->codec_id);
+    if (codec == nullptr) {
+      undecodable = avcodec_get_name(candidate->codecpar->codec_id);
+    } else if (choice.stream == nullptr || rank(*candidate) > rank(*choice.stream)) {
+      choice = {candidate, codec};
+    }
+  }
+  if (choice.stream == nullptr && !undecodable.empty()) {
+    throw usage_error(fmt::format("\"{}\": FFmpeg cannot decode its video, \"{}\"", name, undecodable), {},
+                      kWhatIsAVideo);
+  }
+  if (choice.stream == nullptr) {
+    throw usage_error(fmt::format("\"{}\" has no video, only {} (format \"{}\")", name,
+                                  container.nb_streams == 0 ? "empty tracks" : "sound, text or a cover picture",
+                                  container.iformat->name),
+                      {}, kWhatIsAVideo);
+  }
+  choice.stream->discard = AVDISCARD_DEFAULT;
+  return choice;
+}
+
+void refuse_character_art(const AVFormatContext& container, const std::string& name) {
+  static constexpr std::array kCodecs = {AV_CODEC_ID_ANSI, AV_CODEC_ID_BINTEXT, AV_CODEC_ID_XBIN, AV_CODEC_ID_IDF};
+  for (unsigned i = 0; i < container.nb_streams; ++i) {
+    if (std::find(kCodecs.begin(), kCodecs.end(), container.streams[i]->codecpar->codec_id) != kCodecs.end()) {
+      throw usage_error(fmt::format("\"{}\" is text, not a video", name), {}, kWhatIsAVideo);
+    }
+  }
+}
+
+double declared_fps(const AVStream& stream) {
+  for (const auto rate : {stream.avg_frame_rate, stream.r_frame_rate}) {
+    // Above 1000 Hz FFmpeg's second guess is the time base and not a rate.
+    if (rate.num > 0 && rate.den > 0 && av_q2d(rate) <= 1000.0) return av_q2d(rate);
+  }
+  return 0;
+}
+
+}  // namespace choreo::devices
