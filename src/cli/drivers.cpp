@@ -3,6 +3,7 @@
 
 #include "devices/image_folder/image_folder.hpp"
 #include "devices/synthetic/synthetic_source.hpp"
+#include "devices/take/take_driver.hpp"
 #include "devices/v4l2/v4l2_driver.hpp"
 #include "devices/video_file/video_file.hpp"
 
@@ -13,6 +14,7 @@ devices::Registry all_drivers(const Clock& clock) {
   registry.add(devices::video_file_driver());
   registry.add(devices::image_folder_driver());
   registry.add(devices::synthetic_driver());
+  registry.add(devices::take_driver());
   registry.add(devices::v4l2_driver(clock));
   return registry;
 }

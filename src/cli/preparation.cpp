@@ -24,7 +24,7 @@ int threads_of(const SourceOptions& options) { return options.threads > 0 ? opti
 }  // namespace
 
 Preparation::Preparation(const SourceOptions& options, const config::Options& settings, Session& session,
-                         const Clock& clock)
+                         const Clock& clock, bool keep_raw)
     : selection(options.selection()),
       kernel(similarity::choose_and_count(environment("CHOREO_FORCE_ISA"))),
       stop(session.interrupt.orderly()),
@@ -32,6 +32,7 @@ Preparation::Preparation(const SourceOptions& options, const config::Options& se
       settings_(settings),
       session_(session),
       clock_(clock),
+      keep_raw_(keep_raw),
       registry_(all_drivers(clock)),
       cores_(tbb::global_control::max_allowed_parallelism, std::size_t(threads_of(options))),
       spec_(pipeline::parse_background(settings.background)) {
@@ -48,7 +49,11 @@ Preparation::Preparation(const SourceOptions& options, const config::Options& se
 
 std::unique_ptr<devices::Source> Preparation::open() const {
   try {
-    return registry_.open(options_.source, {options_.threads, stop});
+    devices::OpenOptions open;
+    open.threads = options_.threads;
+    open.stop = stop;
+    open.keep_raw = keep_raw_;
+    return registry_.open(options_.source, open);
   } catch (const Error&) {
     if (stop.stop_requested()) throw Interrupted{};
     throw;
