@@ -38,6 +38,9 @@ struct Frame {
   RawPicturePtr raw_colour;
   /// Likewise what `depth` was made of.
   RawPicturePtr raw_depth;
+  /// Of a take that is replayed as it was processed: the run that recorded it never came to this frame. It is counted
+  /// and may teach the background, and goes no further.
+  bool overtaken = false;
 };
 
 using FramePtr = std::shared_ptr<const Frame>;

@@ -32,6 +32,7 @@ class OrientedSource final : public Source {
   OrientedSource(std::unique_ptr<Source> source, const Orientation& orientation)
       : source_(std::move(source)), orientation_(orientation), info_(source_->info()) {
     if (orientation_.swaps_sides()) std::swap(info_.size.width, info_.size.height);
+    info_.raw_orientation = info_.raw_orientation.then(orientation_);
   }
 
   const SourceInfo& info() const override { return info_; }

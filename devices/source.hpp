@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "devices/frame.hpp"
+#include "devices/orientation.hpp"
 
 namespace choreo::devices {
 
@@ -18,6 +19,11 @@ struct SourceInfo {
   double nominal_fps = 0;               ///< Declared rate in Hz; 0 where none is declared. Times never rest on it.
   std::optional<Nanoseconds> duration;  ///< Declared length; files lie about it.
   bool repeatable = true;               ///< Opening the same SOURCE again gives the same frames (a file, not a pipe).
+  /// Its later frames may be looked at before its first ones are analysed. Not where a take stands for the device it
+  /// was recorded from.
+  bool foreseeable = true;
+  Orientation raw_orientation;  ///< What was done to Frame::raw_colour and raw_depth to hang them upright.
+  std::string controls;         ///< What a device was set to as it was opened: "gain=3&exposure=120"; else empty.
 };
 
 /// Gives frames in order, one caller at a time.

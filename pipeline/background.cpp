@@ -75,7 +75,7 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
   const auto size = working_size(frame_size, working_rows);
   const bool repeatable = source->info().repeatable;
   const bool given = spec.kind == BackgroundSpec::Kind::kPlate;
-  const bool whole = spec.kind == BackgroundSpec::Kind::kAuto && repeatable;
+  const bool whole = spec.kind == BackgroundSpec::Kind::kAuto && repeatable && source->info().foreseeable;
   const auto least_time = spec.kind == BackgroundSpec::Kind::kFirst ? spec.first : kFirstOfUnrepeatable;
 
   if (given && plate.size() != frame_size) {

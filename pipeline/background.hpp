@@ -37,8 +37,8 @@ struct LearnedBackground {
 
 /// Learns the background of `source`.
 /// @param plate  CV_8UC3 of the source's size, for Kind::kPlate.
-/// @param reopen  opens the same source again; used where the source is repeatable. From one that is not, `auto`
-///   becomes the median of its first second, whose frames are kept and given again.
+/// @param reopen  opens the same source again; used where the source is repeatable. From one that is not, the frames
+///   are kept and given again. From one that is not or not foreseeable, `auto` becomes the median of its first second.
 /// @param progress  called with the share of the source read, 0 to 1, or less than 0 where the length is unknown.
 /// @param infer_unseen  whether the wall behind a performer who never leaves is inferred
 /// (`vision::with_inferred_wall`).

@@ -28,6 +28,10 @@ class Reader {
       done_ = number >= selection_.last_frame;
       if (selection_.before(number, time)) continue;
       if (in_span_++ % selection_.every != 0) continue;
+      if (frame->overtaken) {
+        ++taken_;  // As it was where it was overtaken.
+        continue;
+      }
       auto observation = std::make_unique<Observation>();
       observation->index = taken_++;
       observation->time = time;

@@ -117,6 +117,10 @@ Session::Session(const Wish& wish, const Clock& clock)
   identity_ = *identity;
   negotiate(wish);
   warnings_ = set_controls(node_, wish.controls);
+  for (const auto& control : controls_of(node_)) {
+    if (!control.settable()) continue;
+    info_.controls += fmt::format("{}{}={}", info_.controls.empty() ? "" : "&", control.name, control.value);
+  }
   share_buffers();
   int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   if (const int cause = node_.call(VIDIOC_STREAMON, &type); cause != 0) lost(node_, "the stream cannot start", cause);

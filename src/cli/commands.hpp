@@ -29,6 +29,7 @@ using Command = std::function<int(Session&)>;
 /// Each adds its subcommand to `app` and sets `chosen` when it was the one that was typed.
 void declare_analyze(CLI::App& app, Command& chosen);
 void declare_live(CLI::App& app, Command& chosen);
+void declare_record(CLI::App& app, Command& chosen);
 void declare_synth(CLI::App& app, Command& chosen);
 void declare_devices(CLI::App& app, Command& chosen);
 void declare_config(CLI::App& app, Command& chosen);

@@ -8,6 +8,7 @@
 #include "devices/kinect_dump/kinect_dump.hpp"
 #include "devices/network/network_driver.hpp"
 #include "devices/synthetic/synthetic_source.hpp"
+#include "devices/take/take_driver.hpp"
 #include "devices/v4l2/v4l2_driver.hpp"
 #include "devices/video_file/video_file.hpp"
 
@@ -19,6 +20,7 @@ devices::Registry all_drivers(const Clock& clock) {
   registry.add(devices::image_folder_driver());
   registry.add(devices::kinect_dump_driver());
   registry.add(devices::synthetic_driver());
+  registry.add(devices::take_driver());
   registry.add(devices::v4l2_driver(clock));
 #if CHOREO_HAS_FREENECT
   registry.add(devices::freenect_driver(clock));

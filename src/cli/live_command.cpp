@@ -17,6 +17,7 @@
 #include "cli/preparation.hpp"
 #include "cli/results.hpp"
 #include "cli/source_options.hpp"
+#include "cli/take_recording.hpp"
 #include "outputs/live_window.hpp"
 #include "pipeline/pacing.hpp"
 #include "pipeline/stages/history_stage.hpp"
@@ -36,6 +37,7 @@ struct LiveOptions {
   bool headless = false;
   bool full_screen = false;
   std::string out;
+  std::string record;
 };
 
 constexpr auto kManual = R"(
@@ -57,6 +59,11 @@ time, l prints the latencies. So does the signal SIGUSR1, window or not:
 With --out DIR the frames that are in the history at the end are written as
 analyze writes them, and with the same settings to the last bit:
   choreoscope analyze show.mkv --set working.rows=120 --background first:2s ...
+
+With --record TAKE.mkv everything that the source gives is recorded as it came
+(choreoscope record --help), with marks at the frames that the run processed:
+  choreoscope live 'TAKE.mkv?frames=processed' --pace max ...
+with the same settings gives the same results to the last bit.
 
 The history takes 5 MB a minute at 30 frames a second and 120 rows of 160.
 
@@ -166,6 +173,18 @@ std::unique_ptr<outputs::LiveWindow> open_window(const LiveOptions& options, con
   return std::make_unique<outputs::LiveWindow>(std::move(window));
 }
 
+// Nothing where nothing is to be recorded.
+std::unique_ptr<outputs::TakeWriter> start_recording(const LiveOptions& options, const devices::SourceInfo& source,
+                                                     Console& console) {
+  if (options.record.empty()) return nullptr;
+  auto take = default_take_options();
+  take.marks = true;
+  take.on_trouble = [&console](const std::string& why) {
+    console.warn("the recording broke off, the run goes on: " + why);
+  };
+  return std::make_unique<outputs::TakeWriter>(options.record, source, take);
+}
+
 int live(const LiveOptions& options, Session& session) {
   auto& console = session.console;
   const pipeline::SteadyClock clock;
@@ -174,7 +193,7 @@ int live(const LiveOptions& options, Session& session) {
   const auto config =
       options.source.configuration({{"working.rows", "120"}, {"background.from", "first:2s"}}, "default of live");
   const auto& settings = config.options();
-  Preparation prepared(options.source, settings, session, clock);
+  Preparation prepared(options.source, settings, session, clock, !options.record.empty());
   auto& summary = prepared.summary;
   std::optional<outputs::OutputSet> files;
   if (!options.out.empty()) {
@@ -188,6 +207,12 @@ int live(const LiveOptions& options, Session& session) {
     const auto frames = expected > 0 ? expected : capacity;
     files->require_space(space_for(frames, {}), fmt::format("the matrices of {} frames", frames));
   }
+  const auto take = start_recording(options, summary.source, console);
+  // A device gives its frames once, a recording anew after the background is learned.
+  const auto record_source = [&] {
+    if (take) prepared.source = std::make_unique<RecordedSource>(std::move(prepared.source), *take);
+  };
+  if (!summary.source.repeatable) record_source();
   auto masker = prepared.learn();
 
   similarity::MaskHistory history(summary.working_size, capacity, prepared.kernel);
@@ -216,6 +241,7 @@ int live(const LiveOptions& options, Session& session) {
   }
   FigureLines figures(monitor);
   const auto show = [&](const pipeline::Observation& o) {
+    if (take) take->processed(o.frame->sequence);
     if (!window) return;
     constexpr int kShownRows = 480;  // More pixels than the video's corner of the page has.
     window->show(pipeline::at_working_size(o.frame->bgr, pipeline::working_size(o.frame->bgr.size(), kShownRows)),
@@ -238,12 +264,23 @@ int live(const LiveOptions& options, Session& session) {
     prepared.source = std::make_unique<pipeline::PacedSource>(std::move(prepared.source), clock, pipeline::sleep_until,
                                                               prepared.selection);
   }
+  if (summary.source.repeatable) record_source();
   pipeline::RunnerOptions run;
   run.threads = summary.threads;
   run.queue_capacity = 2;  // A few frames in flight: each waiting one is a frame time of latency.
   run.at_reader = pace == pipeline::Pace::kLive ? pipeline::Overflow::kDropOldest : pipeline::Overflow::kBlock;
   run.monitor = &monitor;
   summary.run = pipeline::run(*prepared.source, prepared.selection, stages, run, clock, ended.get_token());
+  std::exception_ptr recording_problem;
+  try {
+    const auto recorded = take ? take->close() : outputs::TakeReport{};
+    if (recorded.frames > 0) {
+      warn_of_gaps(recorded, console);
+      console.say(take_line(options.record, recorded));
+    }
+  } catch (const Error&) {
+    recording_problem = std::current_exception();
+  }
   summary.run.interrupted = prepared.stop.stop_requested();
   summary.live = LiveSummary{options.pace,           to_seconds(length), history.capacity(), history.bytes_per_row(),
                              history.memory_bytes(), history.size(),     row_cost.full(),    row_cost.filling()};
@@ -280,6 +317,7 @@ int live(const LiveOptions& options, Session& session) {
         fmt::format("no frame of \"{}\" is chosen: it has {} frames", summary.source.name, summary.run.frames_read),
         options.source.span ? "--span " + *options.source.span : "", "choose a span inside the recording");
   }
+  if (recording_problem) std::rethrow_exception(recording_problem);
   return prepared.stop.stop_requested() ? kInterrupted : kDone;
 }
 
@@ -297,9 +335,12 @@ void declare_live(CLI::App& app, Command& chosen) {
       ->excludes(headless);
   auto* out = command->add_option("--out", options->out, "the folder to write to at the end; made where it is missing")
                   ->type_name("DIR");
+  auto* record =
+      command->add_option("--record", options->record, "record what the source gives, in .mkv")->type_name("TAKE");
   command->footer(kManual);
-  command->callback([options, out, &chosen] {
+  command->callback([options, out, record, &chosen] {
     if (out->count() > 0 && options->out.empty()) throw usage_error("is empty", "--out", "name the folder to write to");
+    if (record->count() > 0 && options->record.empty()) throw usage_error("is empty", "--record", "name a file");
     chosen = [options](Session& session) { return live(*options, session); };
   });
 }

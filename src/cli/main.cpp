@@ -98,6 +98,7 @@ int run_program(int argc, char** argv, Session& session) {
   Command chosen;
   declare_analyze(app, chosen);
   declare_live(app, chosen);
+  declare_record(app, chosen);
   declare_synth(app, chosen);
   declare_devices(app, chosen);
   declare_config(app, chosen);

@@ -24,7 +24,7 @@ int threads_of(const SourceOptions& options) { return options.threads > 0 ? opti
 }  // namespace
 
 Preparation::Preparation(const SourceOptions& options, const config::Options& settings, Session& session,
-                         const Clock& clock)
+                         const Clock& clock, bool keep_raw)
     : news(session.console),
       selection(options.selection()),
       kernel(similarity::choose_and_count(environment("CHOREO_FORCE_ISA"))),
@@ -33,6 +33,7 @@ Preparation::Preparation(const SourceOptions& options, const config::Options& se
       settings_(settings),
       session_(session),
       clock_(clock),
+      keep_raw_(keep_raw),
       registry_(all_drivers(clock)),
       cores_(tbb::global_control::max_allowed_parallelism, std::size_t(threads_of(options))),
       spec_(pipeline::parse_background(settings.background)) {
@@ -51,6 +52,7 @@ std::unique_ptr<devices::Source> Preparation::open() {
   devices::OpenOptions opening;
   opening.threads = options_.threads;
   opening.stop = stop;
+  opening.keep_raw = keep_raw_;
   opening.on_event = [this](const devices::DeviceEvent& event) {
     news.hear(devices::without_password(options_.source), event);
   };

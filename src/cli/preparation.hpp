@@ -24,8 +24,10 @@ namespace choreo::cli {
 class Preparation {
  public:
   /// Opens the source and reads the plate where there is one.
+  /// @param keep_raw  frames carry what the device gave, for a recording.
   /// @throws Error; Interrupted
-  Preparation(const SourceOptions& options, const config::Options& settings, Session& session, const Clock& clock);
+  Preparation(const SourceOptions& options, const config::Options& settings, Session& session, const Clock& clock,
+              bool keep_raw = false);
 
   /// Learns the background. `source` gives every frame from the first again afterwards.
   /// @return what makes masks from now on.
@@ -46,6 +48,7 @@ class Preparation {
   const config::Options& settings_;
   Session& session_;
   const Clock& clock_;
+  bool keep_raw_;
   devices::Registry registry_;
   tbb::global_control cores_;
   pipeline::BackgroundSpec spec_;

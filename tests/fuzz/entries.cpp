@@ -2,7 +2,9 @@
 #include "fuzz/entries.hpp"
 
 #include <algorithm>
+#include <map>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -14,6 +16,7 @@
 #include "devices/kinect_dump/dump_index.hpp"
 #include "devices/source_uri.hpp"
 #include "devices/synthetic/synthetic_source.hpp"
+#include "devices/take/take_format.hpp"
 #include "pipeline/background.hpp"
 #include "pipeline/frame_selection.hpp"
 
@@ -102,6 +105,48 @@ void source_uri(std::string_view text) {
     promise(request.settings.size.width >= 16 && request.settings.size.width <= 3840, "a width that can be drawn");
     promise(!request.script.empty(), "a script that is known");
   });
+}
+
+void take(std::string_view text) {
+  using namespace devices::take;
+  const std::span bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
+  if (const auto stamp = stamp_of(bytes)) {
+    const auto again = bytes_of(*stamp);
+    promise(std::equal(again.begin(), again.end(), bytes.begin()), "a stamp is written as it was read");
+  }
+  for (const auto& mark : marks_of(text)) {
+    const auto again = marks_of(line_of(mark));
+    promise(again.size() == 1 && again[0].kind == mark.kind && again[0].sequence == mark.sequence,
+            "a mark is written as it was read");
+  }
+  std::map<std::string, std::string, std::less<>> tags;
+  for (auto rest = text; !rest.empty();) {
+    const auto line = rest.substr(0, rest.find('\n'));
+    rest.remove_prefix(std::min(rest.size(), line.size() + 1));
+    const auto equals = line.find('=');
+    if (equals != std::string_view::npos) tags[std::string(line.substr(0, equals))] = line.substr(equals + 1);
+  }
+  const auto finder = [](const auto& all) {
+    return [&all](const char* name) {
+      const auto at = all.find(name);
+      return at == all.end() ? std::nullopt : std::optional<std::string>(at->second);
+    };
+  };
+  if (const auto facts = file_facts(finder(tags))) {
+    const auto written = tags_of(*facts);
+    const std::map<std::string, std::string, std::less<>> again(written.begin(), written.end());
+    const auto read = file_facts(finder(again));
+    promise(read && read->nominal_fps == facts->nominal_fps, "a rate is written as it was read");
+  }
+  if (const auto facts = stream_facts(finder(tags))) {
+    promise(facts->size.width >= 1 && facts->size.width <= 16384, "a width that can be held");
+    promise(facts->size.height >= 1 && facts->size.height <= 16384, "a height that can be held");
+    const auto written = tags_of(*facts);
+    const std::map<std::string, std::string, std::less<>> again(written.begin(), written.end());
+    const auto read = stream_facts(finder(again));
+    promise(read && read->size == facts->size && read->fourcc == facts->fourcc && read->raw == facts->raw,
+            "a track is written as it was read");
+  }
 }
 
 void texts(std::string_view text) {

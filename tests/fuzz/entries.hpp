@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every parser of text that people write promises for any bytes whatever; the fuzzers and the corpus run these.
+// What every parser of text and bytes that others write promises for any bytes whatever; the fuzzers and the corpus run
+// these.
 //
 // Nothing but choreo::Error comes out, its message is one line, and what is accepted keeps its promises. A broken
 // promise is a std::logic_error.
@@ -23,6 +24,8 @@ void texts(std::string_view text);
 
 /// As the INDEX.txt of a Kinect's dump: names stay in their folder, times increase, pairs belong together.
 void kinect_index(std::string_view text);
+/// As the stamp of a take's block, as its marks, and as its tags, one NAME=TEXT a line.
+void take(std::string_view text);
 
 struct Entry {
   std::string name;  ///< Also of its folder below tests/corpus.
@@ -32,7 +35,11 @@ struct Entry {
 };
 
 [[nodiscard]] inline std::vector<Entry> entries() {
-  return {{"config", config}, {"kinect_index", kinect_index}, {"source_uri", source_uri}, {"texts", texts}};
+  return {{"config", config},
+          {"kinect_index", kinect_index},
+          {"source_uri", source_uri},
+          {"take", take},
+          {"texts", texts}};
 }
 
 }  // namespace choreo::fuzz

@@ -76,6 +76,7 @@ class LearnBackground : public ::testing::Test {
     info.size = frames.empty() ? kSize : frames[0]->bgr.size();
     info.repeatable = repeatable;
     info.duration = duration_;
+    info.foreseeable = foreseeable_;
     auto source = std::make_unique<ListedSource>(frames, info);
     source->before_read = before_read_;
     return learn_background(
@@ -99,6 +100,7 @@ class LearnBackground : public ::testing::Test {
 
   const cv::Mat wall_ = test::noise(kSize, CV_8UC3, 7);
   std::optional<Nanoseconds> duration_;
+  bool foreseeable_ = true;
   std::function<void(std::size_t)> before_read_;
   std::stop_source stop_;
   int reopened_ = 0;
@@ -149,6 +151,19 @@ TEST_F(LearnBackground, FromAnUnrepeatableSourceTheFramesReadAreGivenAgain) {
     EXPECT_EQ(sequences(*learned->source), up_to(30));
     EXPECT_EQ(learned->source->read({}), nullptr);
   }
+}
+
+TEST_F(LearnBackground, ATakeThatStandsForADeviceTeachesWhatTheDeviceTaught) {
+  foreseeable_ = false;
+  for (const auto* background : {"auto", "first:1s"}) {
+    const auto of_take = learn(brightening(30), background);
+    const auto of_device = learn(brightening(30), background, false);
+    EXPECT_EQ(of_take->frames_read, of_device->frames_read);
+    EXPECT_TRUE(same_pixels(of_take->estimate.plate, of_device->estimate.plate));
+    EXPECT_EQ(of_take->estimate.provisional, of_device->estimate.provisional);
+    EXPECT_EQ(sequences(*of_take->source), up_to(30));
+  }
+  EXPECT_EQ(reopened_, 2) << "and yet it is read anew";
 }
 
 TEST_F(LearnBackground, APlateIsTakenAsItIsAndTheClipOnlyTellsTheNoise) {

@@ -162,6 +162,21 @@ TEST_P(Runner, ReadsNoFurtherThanTheSpan) {
   EXPECT_EQ(in_seconds.frames_given(), 11u) << "one more, to know that it is past";
 }
 
+TEST_P(Runner, FramesThatWereOvertakenAreCountedAndGoNoFurther) {
+  auto frames = frames_every(100ms, 8, 3s);
+  for (const std::size_t i : {0, 3, 4}) {
+    auto overtaken = std::make_shared<devices::Frame>(*frames[i]);
+    overtaken->overtaken = true;
+    frames[i] = overtaken;
+  }
+  ListedSource source(frames);
+  FrameSelection selection;
+  selection.every = 2;  // Of 0, 2, 4 and 6 those that were not overtaken.
+  const auto report = run_all(source, selection);
+  EXPECT_THAT(seen_, ElementsAre(Seen(1, 200ms, 2), Seen(3, 600ms, 6))) << "numbers and times as in the run before";
+  EXPECT_EQ(report.frames_read, 8u);
+}
+
 TEST_P(Runner, ASourceWithoutFramesEndsAtOnce) {
   ListedSource source({});
   const auto report = run_all(source);

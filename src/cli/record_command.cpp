@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+// choreoscope record: what a device gives, into a file, as it came.
+#include <atomic>
+#include <exception>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "cli/commands.hpp"
+#include "cli/drivers.hpp"
+#include "cli/take_recording.hpp"
+#include "core/text.hpp"
+#include "pipeline/steady_clock.hpp"
+
+namespace choreo::cli {
+namespace {
+
+struct RecordOptions {
+  std::string source;
+  std::string out;
+  std::string streams = "colour,depth";
+  std::string codec = "auto";
+  std::string duration;
+  bool force = false;
+};
+
+constexpr auto kManual = R"(
+What the device gives is stored, never converted: JPEG packets as they are, raw
+pictures and depth without loss, with the exact time and number of every frame.
+The take is a Matroska file that any player shows. While it is being recorded it
+is called TAKE.unfinished.mkv, and stays readable under that name after a crash.
+Ctrl-C ends the recording and finishes the file.
+
+  --codec auto     ffv1 where this machine keeps up with it, else ffvhuff
+  --codec ffv1     the smallest file, about 16 ms a 640x480 picture and core
+  --codec ffvhuff  about 2 ms, and a fifth to a quarter larger
+
+SOURCE is anything that can be read, so this also imports dumps and recordings.
+Everything reads a take again: analyze take.mkv, live take.mkv, record take.mkv.
+
+Examples:
+  choreoscope record v4l2:///dev/video0 -o rehearsal.mkv
+  choreoscope record v4l2:///dev/video0 -o short.mkv --duration 10s --force
+  choreoscope record 'synthetic://walking?seed=2' -o walking.mkv --codec ffvhuff
+
+Exit status: 0 done, 1 failed while recording (what came before is in
+TAKE.unfinished.mkv), 2 refused, 130 interrupted: the take is finished.)";
+
+outputs::TakeOptions take_options(const RecordOptions& options) {
+  auto take = default_take_options();
+  try {
+    take.codec = outputs::parse_take_codec(options.codec);
+  } catch (const Error& error) {
+    throw usage_error(error.what(), "--codec", error.hint());
+  }
+  take.colour = take.depth = false;
+  std::string_view rest = options.streams;
+  while (true) {
+    const auto name = rest.substr(0, rest.find(','));
+    if (name != "colour" && name != "depth") {
+      throw usage_error(fmt::format("\"{}\" is no stream", one_line(name)), "--streams",
+                        "write colour, depth or colour,depth");
+    }
+    (name == "colour" ? take.colour : take.depth) = true;
+    if (name.size() == rest.size()) break;
+    rest.remove_prefix(name.size() + 1);
+  }
+  take.force = options.force;
+  return take;
+}
+
+std::optional<Nanoseconds> duration_of(const RecordOptions& options) {
+  if (options.duration.empty()) return std::nullopt;
+  Nanoseconds duration{0};
+  try {
+    duration = parse_duration(options.duration);
+  } catch (const Error& error) {
+    throw usage_error(error.what(), "--duration", error.hint());
+  }
+  if (duration <= Nanoseconds{0}) throw usage_error("is no time at all", "--duration", "write 10s or 2min");
+  return duration;
+}
+
+// Reads until the end, a stop or the duration. @return what broke the source, if anything.
+std::exception_ptr read_all(devices::Source& source, std::optional<Nanoseconds> duration, outputs::TakeWriter& writer,
+                            Console& console, const std::stop_token& stop) {
+  const auto whole = duration ? duration : source.info().duration;
+  std::optional<Nanoseconds> first;
+  try {
+    while (const auto frame = source.read(stop)) {
+      if (!first) first = frame->device_time;
+      const auto time = frame->device_time - *first;
+      if (duration && time >= *duration) break;
+      if (!frame->overtaken) writer.add(frame);
+      console.progress("recording", whole ? to_seconds(time) / to_seconds(*whole) : -1.0);
+    }
+  } catch (const Error&) {
+    return std::current_exception();
+  }
+  return nullptr;
+}
+
+int record(const RecordOptions& options, Session& session) {
+  auto& console = session.console;
+  const pipeline::SteadyClock clock;
+  auto take = take_options(options);
+  const auto duration = duration_of(options);
+  const auto interrupt = session.interrupt.orderly();
+  std::stop_source ended;
+  const std::stop_callback interrupted(interrupt, [&] { ended.request_stop(); });
+
+  const auto registry = all_drivers(clock);
+  devices::OpenOptions open;
+  open.stop = interrupt;
+  open.keep_raw = true;
+  open.on_event = [&](const devices::DeviceEvent& event) {
+    if (event.state == devices::DeviceState::kLost) console.warn("the device is lost: " + event.why);
+  };
+  std::unique_ptr<devices::Source> source;
+  try {
+    source = registry.open(options.source, open);
+  } catch (const Error&) {
+    if (interrupt.stop_requested()) throw Interrupted{};
+    throw;
+  }
+  // A file waits for the encoder; a device does not.
+  const bool repeatable = source->info().repeatable;
+  take.full = repeatable ? outputs::FullQueue::kWait : outputs::FullQueue::kLeaveOut;
+  take.on_trouble = [&](const std::string&) { ended.request_stop(); };
+  outputs::TakeWriter writer(options.out, source->info(), take);
+  // A device that is lost gives no frame by whose time one could see that the duration is over.
+  std::jthread timer;
+  if (duration && !repeatable) {
+    timer = std::jthread([&, until = clock.now() + *duration + std::chrono::seconds(1)](const std::stop_token& stop) {
+      if (pipeline::sleep_until(until, stop)) ended.request_stop();
+    });
+  }
+  const auto problem = read_all(*source, duration, writer, console, ended.get_token());
+  console.finish_progress();
+  const auto report = writer.close();
+  for (const auto& warning : source->warnings()) console.warn(warning);
+  warn_of_gaps(report, console);
+  if (report.frames > 0) fmt::print("{}\n", take_line(options.out, report));
+  if (problem) std::rethrow_exception(problem);
+  if (report.frames == 0) {
+    if (interrupt.stop_requested()) throw Interrupted{};
+    throw failure(fmt::format("\"{}\" gave no frame to record", source->info().name));
+  }
+  if (!interrupt.stop_requested()) return kDone;
+  console.warn("interrupted: the take is finished");
+  return kInterrupted;
+}
+
+}  // namespace
+
+void declare_record(CLI::App& app, Command& chosen) {
+  auto options = std::make_shared<RecordOptions>();
+  auto* command = app.add_subcommand("record", "record what a device gives, as it came");
+  command->add_option("SOURCE", options->source, "as of analyze: a device, a recording, synthetic://SCRIPT")
+      ->required();
+  command->add_option("-o,--out", options->out, "the take to write, in .mkv")->required()->type_name("TAKE");
+  command->add_option("--streams", options->streams, "colour, depth or both (default colour,depth)")->type_name("WHAT");
+  command->add_option("--codec", options->codec, "auto, ffv1 or ffvhuff; see below (default auto)")->type_name("CODEC");
+  command->add_option("--duration", options->duration, "end after so long: 10s, 2min (default: at the source's end)")
+      ->type_name("T");
+  command->add_flag("--force", options->force, "replace a file of this name");
+  command->footer(kManual);
+  command->callback([options, &chosen] { chosen = [options](Session& session) { return record(*options, session); }; });
+}
+
+}  // namespace choreo::cli

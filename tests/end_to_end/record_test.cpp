@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+// Takes as a user makes them: recorded, interrupted, killed, and replayed to the same results to the last byte.
+#include <csignal>
+#include <filesystem>
+#include <thread>
+
+#include <gmock/gmock.h>
+
+#include "end_to_end/refusal_fixture.hpp"
+
+namespace choreo::test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::MatchesRegex;
+using ::testing::SizeIs;
+using ::testing::StartsWith;
+
+class Record : public RefusalTest {
+ protected:
+  [[nodiscard]] std::string take() const { return folder_ / "take.mkv"; }
+  [[nodiscard]] std::string unfinished() const { return folder_ / "take.unfinished.mkv"; }
+
+  Outcome record(const std::string& source, const std::vector<std::string>& more = {}, int status = 0,
+                 const RunOptions& options = {}) {
+    std::vector<std::string> arguments{"record", source, "-o", take()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    auto run = choreoscope(arguments, options);
+    EXPECT_EQ(run.status, status) << run.told();
+    return run;
+  }
+
+  // What analyze makes of a source, without its pictures, which bear the source's name.
+  std::map<std::string, Bytes> results_of(const std::string& source, const std::string& out,
+                                          const std::vector<std::string>& more = {}) {
+    analyze(source, out, more);
+    return results_in(out);
+  }
+
+  static std::map<std::string, Bytes> results_in(const std::string& out) {
+    std::map<std::string, Bytes> results;
+    for (const auto* name : {"z.npy", "zstar.npy", "times.npy", "frames.csv"}) {
+      results[name] = read_bytes(out + "/" + name);
+    }
+    return results;
+  }
+
+  static void expect_same(const std::map<std::string, Bytes>& a, const std::map<std::string, Bytes>& b) {
+    for (const auto& [name, bytes] : a) EXPECT_TRUE(bytes == b.at(name)) << name;
+  }
+
+  // Runs live twice: recording, and from what it recorded.
+  void expect_replay_is_the_same(const Outcome& live, const std::vector<std::string>& settings) {
+    ASSERT_EQ(live.status, 0) << live.told();
+    ASSERT_THAT(live.err, HasSubstr("take.mkv: ")) << "the recording is told of";
+    EXPECT_EQ(live.err.find("the take lacks"), std::string::npos) << live.told();
+    const Results ran(folder_ / "live");
+    EXPECT_GT(ran.n, 10u);
+    EXPECT_GT(ran.summary["timings"]["dropped"], 0) << "nothing was overtaken: the test proves nothing";
+
+    std::vector<std::string> arguments{
+        "live", take() + "?frames=processed", "--headless", "--pace", "max", "--out", folder_ / "replay"};
+    arguments.insert(arguments.end(), settings.begin(), settings.end());
+    const auto replay = choreoscope(arguments);
+    ASSERT_EQ(replay.status, 0) << replay.told();
+    EXPECT_EQ(Results(folder_ / "replay").n, ran.n);
+    expect_same(results_in(folder_ / "live"), results_in(folder_ / "replay"));
+  }
+};
+
+TEST_F(Record, WhatIsRecordedGivesTheSameResultsAsTheSource) {
+  constexpr auto kSource = "synthetic://walking?size=160x120&fps=15&duration=2&seed=3";
+  const auto expected = results_of(kSource, folder_ / "source");
+  for (const auto* codec : {"ffv1", "ffvhuff", "auto"}) {
+    const auto run = record(kSource, {"--codec", codec, "--force"});
+    EXPECT_THAT(run.out, MatchesRegex(".*take.mkv: 45 frames, 0 left out, 2.9 s, colour ffv(1|huff), [0-9.]+ MB\n"));
+    expect_same(expected, results_of(take(), folder_ / codec));
+  }
+}
+
+TEST_F(Record, OrdinaryPlayersReadIt) {
+  if (!std::filesystem::exists("/usr/bin/ffprobe")) GTEST_SKIP() << "ffprobe is not installed";
+  record("synthetic://walking?size=160x120&fps=15&duration=1&empty=0");
+  const auto probe =
+      run_program("/usr/bin/ffprobe", {"-v", "error", "-count_frames", "-show_entries",
+                                       "stream=codec_name,width,nb_read_frames", "-of", "csv=p=0", take()});
+  EXPECT_EQ(probe.status, 0) << probe.told();
+  EXPECT_EQ(probe.out, "ffv1,160,15\n");
+  EXPECT_EQ(probe.err, "");
+}
+
+TEST_F(Record, TheDurationEndsIt) {
+  const auto run = record("synthetic://walking?size=64x48&fps=10&duration=60", {"--duration", "1.5s"});
+  EXPECT_THAT(run.out, HasSubstr("take.mkv: 15 frames"));
+}
+
+TEST_F(Record, ATurnedSourceStaysTurned) {
+  constexpr auto kSource = "synthetic://walking?size=160x120&fps=15&duration=1&rotate=90&flip=vertical";
+  record(kSource);
+  expect_same(results_of(kSource, folder_ / "a"), results_of(take(), folder_ / "b"));
+}
+
+TEST_F(Record, WhatCannotBeIsRefusedAndNothingIsLeft) {
+  write_bytes(take(), std::string("precious"));
+  const auto refuse = [&](const std::string& source, const std::vector<std::string>& more, const std::string& out) {
+    std::vector<std::string> arguments{"record", source, "-o", out};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const auto run = choreoscope(arguments);
+    const auto complaint = complaint_of(run, 2);
+    EXPECT_EQ(read_bytes(take()).size(), 8u) << "precious";
+    EXPECT_EQ(files_in(folder_.path()).size(), 10u) << "something was left behind";  // Nine in old and beside it.
+    return complaint + " " + hint_of(run);
+  };
+  EXPECT_THAT(refuse(kQuick, {}, take()), AllOf(HasSubstr("is there already"), HasSubstr("--force")));
+  EXPECT_THAT(refuse(kQuick, {}, folder_ / "take.avi"), HasSubstr("does not end in .mkv"));
+  EXPECT_THAT(refuse(kQuick, {}, folder_ / "no/take.mkv"), HasSubstr("is no folder"));
+  const auto other = folder_ / "other.mkv";
+  EXPECT_THAT(refuse(kQuick, {"--codec", "h264"}, other), AllOf(HasSubstr("--codec"), HasSubstr("ffvhuff")));
+  EXPECT_THAT(refuse(kQuick, {"--streams", "sound"}, other), HasSubstr("colour,depth"));
+  EXPECT_THAT(refuse(kQuick, {"--streams", "colour,"}, other), HasSubstr("--streams"));
+  EXPECT_THAT(refuse(kQuick, {"--duration", "0s"}, other), HasSubstr("--duration"));
+  EXPECT_THAT(refuse(kQuick, {"--duration", "long"}, other), HasSubstr("--duration"));
+  EXPECT_THAT(refuse("nowhere.mkv", {}, other), HasSubstr("does not exist"));
+}
+
+TEST_F(Record, ASourceWithoutTheStreamIsAFailureAndLeavesNothing) {
+  const auto run = record(kQuick, {"--streams", "depth"}, 1);
+  EXPECT_THAT(complaint_of(run, 1), HasSubstr("none of the pictures"));
+  EXPECT_FALSE(std::filesystem::exists(take()));
+  EXPECT_FALSE(std::filesystem::exists(unfinished()));
+}
+
+// Sends a signal once the unfinished take has grown to so many bytes.
+RunOptions signalled(const std::string& file, int signal) {
+  RunOptions options;
+  options.started = [file, signal](int process) {
+    std::error_code problem;
+    for (int k = 0; k < 3000; ++k) {
+      const auto bytes = std::filesystem::file_size(file, problem);
+      if (!problem && bytes > 300'000) break;
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    ::kill(process, signal);
+  };
+  return options;
+}
+
+constexpr auto kLong = "synthetic://walking?size=160x120&fps=30&duration=600";
+
+TEST_F(Record, CtrlCFinishesTheTake) {
+  const auto run = record(kLong, {}, 130, signalled(unfinished(), SIGINT));
+  EXPECT_THAT(run.err_lines("choreoscope: warning: interrupted"), SizeIs(1));
+  EXPECT_THAT(run.out, HasSubstr("take.mkv: "));
+  EXPECT_FALSE(std::filesystem::exists(unfinished()));
+  const auto again = analyze(take(), folder_ / "out");
+  EXPECT_TRUE(again.err_lines("choreoscope: warning: \"").empty()) << again.told();
+}
+
+TEST_F(Record, KilledInTheMiddleItIsGoodUpToTheEnd) {
+  const auto run = choreoscope({"record", kLong, "-o", take()}, signalled(unfinished(), SIGKILL));
+  EXPECT_EQ(run.signal, SIGKILL);
+  EXPECT_FALSE(std::filesystem::exists(take()));
+  const auto size = std::filesystem::file_size(unfinished());
+  const auto read = analyze(unfinished(), folder_ / "out");
+  EXPECT_THAT(read.err, HasSubstr("was cut off"));
+  const Results cut(folder_ / "out");
+  // Every frame that is wholly in the file comes back; the largest is below 40 kB.
+  EXPECT_GT(cut.n * 40'000, size - 40'000);
+  analyze(kLong, folder_ / "source", {"--span", "1f:" + std::to_string(cut.n) + "f", "--background", "first:1s"});
+  analyze(unfinished(), folder_ / "first", {"--background", "first:1s"});
+  expect_same(results_in(folder_ / "source"), results_in(folder_ / "first"));
+}
+
+TEST_F(Record, AFullDiskIsAFailureAndWhatCameBeforeIsGood) {
+  RunOptions full;
+  full.file_size_limit = 300'000;
+  const auto run = record(kLong, {}, 1, full);
+  EXPECT_THAT(complaint_of(run, 1), HasSubstr("broke off after"));
+  EXPECT_THAT(hint_of(run), HasSubstr("take.unfinished.mkv"));
+  analyze(unfinished(), folder_ / "out");
+  EXPECT_GT(Results(folder_ / "out").n, 5u);
+}
+
+// Slow enough that frames are overtaken on any machine.
+const std::vector<std::string> kSlow = {"--set", "working.rows=0", "--set", "mask.steps=32"};
+
+TEST_F(Record, ALiveRunThatDropsFramesIsReplayedByteForByte) {
+  record("synthetic://jumping-jacks?size=320x240&fps=120&duration=4&empty=3&noise=1", {"--codec", "ffvhuff"});
+  std::filesystem::rename(take(), folder_ / "camera.mkv");
+  std::vector<std::string> arguments{
+      "live", folder_ / "camera.mkv", "--headless", "--out", folder_ / "live", "--record", take()};
+  arguments.insert(arguments.end(), kSlow.begin(), kSlow.end());
+  expect_replay_is_the_same(choreoscope(arguments), kSlow);
+}
+
+TEST_F(Record, ARunFromASourceThatGivesItsFramesOnceIsReplayedByteForByte) {
+  const auto clip = folder_ / "clip.mkv";
+  ASSERT_EQ(choreoscope({"synth", "jumping-jacks?size=160x120&fps=30&duration=6&empty=3", "-o", clip}).status, 0);
+  for (const auto* background : {"auto", "first:2s"}) {
+    SCOPED_TRACE(background);
+    auto settings = kSlow;
+    settings.insert(settings.end(), {"--background", background, "--every", "2"});
+    std::string more;
+    for (const auto& word : settings) more += " '" + word + "'";
+    const auto pipe = folder_ / (std::string("pipe-") + background[0]);
+    const auto script = "cat " + clip + " > " + pipe + " & exec " + CHOREO_PROGRAM + " live " + pipe +
+                        " --headless --out " + (folder_ / "live") + " --record " + take() + more;
+    // The shell makes the pipe before it becomes the program.
+    expect_replay_is_the_same(run_program("/bin/sh", {"-c", "mkfifo " + pipe + "; " + script}), settings);
+    std::filesystem::remove(take());
+  }
+}
+
+TEST_F(Record, ALiveRunGoesOnWhereTheRecordingBreaksOffAndSaysSo) {
+  RunOptions full;
+  full.file_size_limit = 200'000;
+  const auto run = choreoscope(
+      {"live", "synthetic://walking?size=160x120&fps=15&duration=2", "--headless", "--pace", "max", "--record", take()},
+      full);
+  EXPECT_EQ(run.status, 1) << run.told();
+  EXPECT_THAT(run.err_lines("choreoscope: warning: the recording broke off, the run goes on"), SizeIs(1));
+  EXPECT_EQ(run.out, "45 frames, 30 with a body\n") << "the run itself is whole";
+  EXPECT_THAT(run.err_lines("choreoscope: error: the recording broke off"), SizeIs(1));
+}
+
+TEST_F(Record, LiveRefusesToRecordOverSomething) {
+  write_bytes(take(), std::string("precious"));
+  const auto run = choreoscope({"live", kQuick, "--headless", "--record", take()});
+  EXPECT_THAT(complaint_of(run, 2), HasSubstr("is there already"));
+  EXPECT_EQ(read_bytes(take()).size(), 8u);
+  EXPECT_THAT(complaint_of(choreoscope({"live", kQuick, "--headless", "--record", ""}), 2), StartsWith("--record"));
+}
+
+}  // namespace
+}  // namespace choreo::test
