@@ -264,8 +264,8 @@ TEST_F(Fakenect, ALostKinectIsTakenUpAgainAndTheFramesGoOn) {
   test::write_bytes(dump_ + "/INDEX.txt", index);
 
   const auto seen = probe({"freenect://", "100", "3"});
-  EXPECT_THAT(seen.states, ElementsAre("starting", "running", StartsWith("lost"), "starting", "running",
-                                       StartsWith("lost"), "stopped"))
+  EXPECT_THAT(seen.states, ElementsAre("starting", "running", StartsWith("lost"), "running", StartsWith("lost"),
+                                       "stopped"))
       << seen.outcome.told();
   expect_increasing(seen);
   const auto numbers = Fakenect::numbers(seen, kFrames);
