@@ -15,7 +15,7 @@
 #include "devices/registry.hpp"
 #include "pipeline/background.hpp"
 #include "similarity/and_count.hpp"
-#include "vision/body_masker.hpp"
+#include "vision/segmenter.hpp"
 
 namespace choreo::cli {
 
@@ -29,7 +29,7 @@ class Preparation {
   /// Learns the background. `source` gives every frame from the first again afterwards.
   /// @return what makes masks from now on.
   /// @throws Error; Interrupted
-  [[nodiscard]] vision::BodyMasker learn();
+  [[nodiscard]] vision::Segmenter learn();
 
   Summary summary;  ///< What is known of the source and its background so far.
   pipeline::FrameSelection selection;
@@ -47,6 +47,7 @@ class Preparation {
   devices::Registry registry_;
   tbb::global_control cores_;
   pipeline::BackgroundSpec spec_;
+  vision::Segmentation segmentation_;
   cv::Mat plate_;
 };
 
