@@ -143,12 +143,13 @@ void DepthMasker::follow(const cv::Mat& depth_mm, const cv::Mat& body, double dt
   const auto rate = mask_options_.follow_s > 0 && dt_s > 0
                         ? static_cast<float>(1.0 - std::exp(-dt_s / mask_options_.follow_s))
                         : 0.0F;
-  // Beside a body its edge and its shadow wander.
+  // Beside a body its edge wanders: no place to learn what was never known.
   cv::Mat near;
   cv::dilate(body, near, cv::getStructuringElement(cv::MORPH_RECT, {5, 5}));
   for (int y = 0; y < depth_mm.rows; ++y) {
     const auto* now = depth_mm.ptr<Depth>(y);
-    const auto* skip = near.ptr<std::uint8_t>(y);
+    const auto* is_body = body.ptr<std::uint8_t>(y);
+    const auto* is_near = near.ptr<std::uint8_t>(y);
     auto* behind = room_.depth_mm.ptr<Depth>(y);
     auto* spread = room_.spread_mm.ptr<float>(y);
     auto* running = running_mm_.ptr<float>(y);
@@ -156,7 +157,7 @@ void DepthMasker::follow(const cv::Mat& depth_mm, const cv::Mat& body, double dt
     auto* inferred = room_.inferred.empty() ? nullptr : room_.inferred.ptr<std::uint8_t>(y);
     for (int x = 0; x < depth_mm.cols; ++x) {
       // Of an unknown room every reading is beyond what is known, where there is no body.
-      if (now[x] == 0 || (behind[x] == 0 && skip[x] != 0)) continue;
+      if (now[x] == 0 || (behind[x] == 0 && is_near[x] != 0)) continue;
       const float away = float(now[x]) - running[x];
       const float margin = margin_.of(spread[x]);
       if (away > margin) {
@@ -164,7 +165,7 @@ void DepthMasker::follow(const cv::Mat& depth_mm, const cv::Mat& body, double dt
         running[x] = float(now[x]);
         spread[x] = static_cast<float>(room_.noise_per_mm * double(now[x]) * double(now[x]));
         if (inferred != nullptr) inferred[x] = 0;
-      } else if (skip[x] == 0 && away >= -margin) {
+      } else if (is_body[x] == 0 && away >= -margin) {
         running[x] += rate * away;
       }
       beyond[x] = 0;

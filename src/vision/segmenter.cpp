@@ -50,7 +50,7 @@ cv::Mat combined(const cv::Mat& by_colour, const cv::Mat& by_depth, const cv::Ma
   const cv::Mat outside = ~grown & known;
   const int reach = kLooksAround * edge_px;
   const cv::Mat trusted = agrees(by_colour, shrunk, reach) & agrees(not_colour, outside, reach);
-  const cv::Mat by_colour_here = (grown & ~shrunk & trusted) | (~known & ~by_depth & ~grown);
+  const cv::Mat by_colour_here = (grown & ~shrunk & trusted) | (~known & ~by_depth);
   cv::Mat out = by_depth.clone();
   by_colour.copyTo(out, by_colour_here);
   return out;
