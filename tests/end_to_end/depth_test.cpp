@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Masks by depth where colour fails: clothes like the wall, and performers who never leave; and what is refused.
+#include <cstdlib>
+
 #include <gmock/gmock.h>
+#include <opencv2/imgcodecs.hpp>
 
 #include "end_to_end/choreoscope_run.hpp"
 #include "end_to_end/mask_truth.hpp"
@@ -121,6 +124,36 @@ TEST(Depth, AClipOfSynthHoldsNone) {
   const TempFolder folder;
   const auto run = choreoscope({"synth", "walking?size=64x48&depth=1", "-o", folder / "clip.mkv"});
   EXPECT_THAT(complaint_of(run, 2), HasSubstr("holds no depth"));
+}
+
+// docs/images/depth-mask.png: colour, depth, and the masks by colour, by depth and by both, side by side.
+TEST(DepthPicture, IsDrawnWhereOneIsAskedFor) {
+  const auto* path = std::getenv("CHOREO_DEPTH_PICTURE");
+  if (path == nullptr) GTEST_SKIP() << "CHOREO_DEPTH_PICTURE names no file to write";
+  constexpr int kFrame = 25;
+  const TempFolder folder;
+  const auto source = clip("jumping-jacks?seed=1", "size=640x480&fps=10&duration=2&empty=1");
+  const auto request =
+      devices::performer_request(devices::parse_source_uri(source, [](const std::string&) { return false; }));
+  const auto frame = devices::synthetic::Performer(request.script, request.settings).perform(kFrame);
+  cv::Mat depth;
+  frame.depth.convertTo(depth, CV_8U, -255.0 / 2200, 255.0 * 3700 / 2200);  // 1.5 m white, 3.7 m black
+  cv::cvtColor(depth, depth, cv::COLOR_GRAY2BGR);
+  depth.setTo(cv::Scalar(0, 0, 120), frame.depth == 0);
+  std::vector<cv::Mat> row{frame.bgr, depth};
+  for (const auto* segmentation : {"colour", "depth", "both"}) {
+    analyze(source, folder / segmentation, by(segmentation, {"--save", "masks"}));
+    const auto file = read_npy(folder / segmentation + "/masks.npy");
+    const cv::Mat mask(480, 640, CV_8UC1, const_cast<std::uint8_t*>(file.data.data() + kFrame * 480 * 640));
+    row.emplace_back();
+    cv::cvtColor(cv::Mat(255 * mask), row.back(), cv::COLOR_GRAY2BGR);
+  }
+  // The part with the body in it.
+  for (auto& picture : row) picture = picture(cv::Rect(190, 20, 260, 450));
+  cv::Mat all;
+  cv::hconcat(row, all);
+  cv::resize(all, all, {}, 0.7, 0.7, cv::INTER_AREA);
+  ASSERT_TRUE(cv::imwrite(path, all));
 }
 
 }  // namespace
