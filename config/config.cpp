@@ -108,6 +108,11 @@ void Config::load_text(std::string_view text, const std::string& name) {
   auto origins = origins_;
   for (const auto& [section_key, section_node] : table) {
     const std::string section(section_key.str());
+    if (const auto* field = find(section)) {
+      apply(options, *field, section_node, place(name, section_node.source()));
+      origins[section] = fmt::format("{}:{}", name, section_node.source().begin.line);
+      continue;
+    }
     const auto* section_table = section_node.as_table();
     if (section_table == nullptr || !is_section(section)) {
       if (section_table != nullptr) {
@@ -176,14 +181,14 @@ std::string Config::show() const {
   std::string section;
   for (const auto& field : schema()) {
     const auto dot = field.key.find('.');
-    const auto here = field.key.substr(0, dot);
+    const auto here = dot == std::string::npos ? "" : field.key.substr(0, dot);
     if (here != section) {
-      out += fmt::format("{}[{}]\n", section.empty() ? "" : "\n", here);
+      out += fmt::format("{}[{}]\n", out.empty() ? "" : "\n", here);
       section = here;
     }
     out += fmt::format("# {}\n# {}\n", field.help, field.range);
-    out +=
-        fmt::format("{} = {}  # {}\n", field.key.substr(dot + 1), field.print(options_), one_line(origin(field.key)));
+    const auto name = dot == std::string::npos ? field.key : field.key.substr(dot + 1);
+    out += fmt::format("{} = {}  # {}\n", name, field.print(options_), one_line(origin(field.key)));
   }
   return out;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "vision/body_masker.hpp"
+#include "vision/depth_masker.hpp"
 
 namespace choreo::config {
 
@@ -22,9 +23,11 @@ struct PlotSettings {
 
 /// The whole configuration.
 struct Options {
-  std::string background = "auto";  ///< auto, first:T or a path.
-  int working_rows = 480;           ///< Masks and states are made of pictures with at most so many rows; 0: no limit.
+  std::string segmentation = "colour";  ///< colour, depth, both.
+  std::string background = "auto";      ///< auto, first:T or a path.
+  int working_rows = 480;  ///< Masks and states are made of pictures with at most so many rows; 0: no limit.
   vision::MaskOptions mask;
+  vision::DepthOptions depth;
   double motion_window_s = 0.15;
   int matrix_rows = 20'000;  ///< At most; of a longer recording every 2nd, 4th, ... frame is a row.
   PlotSettings plot;

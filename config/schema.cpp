@@ -231,6 +231,11 @@ Field times(std::string key, std::vector<double>& (*at)(Options&), std::string r
 std::vector<Field> make_schema() {
   std::vector<Field> fields;
   fields.push_back(text(
+      "segmentation", [](Options& o) -> std::string& { return o.segmentation; }, one_of({"colour", "depth", "both"}),
+      "\"colour\", \"depth\" or \"both\"",
+      "What tells the body from the room: its colour, its being nearer, or depth with colour along its edges."));
+
+  fields.push_back(text(
       "background.from", [](Options& o) -> std::string& { return o.background; }, fits_background,
       "\"auto\", \"first:T\" (T a duration such as 1s), or the path of a picture of the empty room",
       "Where the picture of the empty room comes from: estimated over the whole clip, the median of its beginning, or "
@@ -288,6 +293,24 @@ std::vector<Field> make_schema() {
       "mask.ignore", [](Options& o) -> std::vector<vision::Zone>& { return o.mask.ignore; },
       "a list of at most 64 zones like mask.roi",
       "What lies inside any of these is no body: a screen, a fan, a mirror."));
+
+  fields.push_back(number_or_auto(
+      "depth.threshold_mm", [](Options& o) -> std::optional<double>& { return o.depth.threshold_mm; }, {0, 5000, true},
+      "above 0 and at most 5000 mm, or \"auto\"",
+      "How much nearer than the room a pixel must be to be body; auto takes it from the spread of its readings."));
+  fields.push_back(number(
+      "depth.spread_factor", [](Options& o) -> double& { return o.depth.spread_factor; }, {1, 20}, "from 1 to 20",
+      "The automatic threshold over the standard deviation of a pixel's readings."));
+  fields.push_back(number(
+      "depth.least_threshold_mm", [](Options& o) -> double& { return o.depth.least_threshold_mm; }, {1, 1000},
+      "from 1 to 1000 mm", "The automatic threshold is never lower."));
+  fields.push_back(number(
+      "depth.near_mm", [](Options& o) -> double& { return o.depth.near_mm; }, {0, 20000}, "from 0 to 20000 mm",
+      "What is nearer to the camera is no body."));
+  fields.push_back(number(
+      "depth.far_mm", [](Options& o) -> double& { return o.depth.far_mm; }, {0, 20000},
+      "from 0 (no such plane) to 20000 mm",
+      "What is farther is no body; what is nearer is, also where the room's own depth is unknown."));
 
   fields.push_back(integer(
       "working.rows", [](Options& o) -> int& { return o.working_rows; }, 0, 8640,

@@ -16,6 +16,7 @@
 namespace choreo::pipeline {
 namespace {
 
+constexpr Nanoseconds kDepthIsLate = std::chrono::seconds(1);  // A device may pair its first frames late.
 constexpr Nanoseconds kFirstOfUnrepeatable = std::chrono::seconds(1);
 
 // Gives frames again that were read already, then the rest.
@@ -40,6 +41,12 @@ class ResumedSource final : public devices::Source {
 
 [[noreturn]] void refuse_empty(const devices::Source& source) {
   throw usage_error(fmt::format("\"{}\" has no frames", source.info().name));
+}
+
+[[noreturn]] void refuse_without_depth(const devices::Source& source) {
+  throw usage_error(fmt::format("\"{}\" has no depth", source.info().name), "segmentation",
+                    "depth comes from a Kinect (freenect://), OpenNI2 (openni2://), recordings of them and "
+                    "synthetic://SCRIPT?depth=1; of other sources take segmentation = \"colour\"");
 }
 
 }  // namespace
@@ -69,13 +76,18 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
                                                   const cv::Mat& plate, int working_rows,
                                                   const std::function<std::unique_ptr<devices::Source>()>& reopen,
                                                   const std::function<void(double)>& progress,
-                                                  const std::stop_token& stop, bool infer_unseen) {
+                                                  const std::stop_token& stop, bool infer_unseen,
+                                                  vision::Segmentation segmentation,
+                                                  const vision::DepthMargin& margin) {
   LearnedBackground learned;
   const auto frame_size = source->info().size;
   const auto size = working_size(frame_size, working_rows);
   const bool repeatable = source->info().repeatable;
   const bool given = spec.kind == BackgroundSpec::Kind::kPlate;
-  const bool whole = spec.kind == BackgroundSpec::Kind::kAuto && repeatable && source->info().foreseeable;
+  const bool with_colour = segmentation != vision::Segmentation::kDepth;
+  const bool with_depth = segmentation != vision::Segmentation::kColour;
+  const bool whole = (spec.kind == BackgroundSpec::Kind::kAuto || (given && with_depth)) && repeatable &&
+                     source->info().foreseeable;
   const auto least_time = spec.kind == BackgroundSpec::Kind::kFirst ? spec.first : kFirstOfUnrepeatable;
 
   if (given && plate.size() != frame_size) {
@@ -84,6 +96,7 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
                       {}, "take the plate with the same camera and settings as the recording");
   }
   EvenSampler<cv::Mat> sampler(most_pictures(size));
+  EvenSampler<cv::Mat> depths(most_pictures(size));
   vision::QuietStretches quiet;
   std::deque<devices::FramePtr> kept;
   std::optional<Nanoseconds> origin;
@@ -104,9 +117,13 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
     if (!repeatable) kept.push_back(frame);
     if (!whole && time >= (given ? kNoiseTime : least_time)) break;
     ++learned.frames_read;
-    const auto picture = at_working_size(frame->bgr, size);
-    sampler.add(picture);
-    if (whole) quiet.add(picture, to_seconds(time));
+    if (with_depth && !frame->depth.empty()) depths.offer([&] { return depth_at_working_size(frame->depth, size); });
+    if (with_depth && depths.kept().empty() && time >= kDepthIsLate) refuse_without_depth(*source);
+    if (with_colour && (!given || time < kNoiseTime)) {
+      const auto picture = at_working_size(frame->bgr, size);
+      sampler.add(picture);
+      if (whole && !given) quiet.add(picture, to_seconds(time));
+    }
     if (progress) {
       const auto duration = whole ? source->info().duration.value_or(Nanoseconds{0}) : least_time;
       progress(duration > Nanoseconds{0} ? std::min(1.0, to_seconds(time) / to_seconds(duration)) : -1.0);
@@ -114,9 +131,15 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
   }
   if (stop.stop_requested()) return std::nullopt;
   const auto& pictures = sampler.kept();
-  if (pictures.empty()) refuse_empty(*source);
-
-  if (given) {
+  if (learned.frames_read == 0) refuse_empty(*source);
+  if (with_depth) {
+    if (depths.kept().empty()) refuse_without_depth(*source);
+    learned.depth = vision::learn_depth_background(depths.kept(), margin);
+    learned.pictures = depths.kept().size();
+  }
+  if (!with_colour) {
+    // Nothing looks at colour.
+  } else if (given) {
     learned.estimate = vision::judge_plate(at_working_size(plate, size), pictures);
     learned.estimate.unseen = 0;  // Whoever gives a plate has seen the room.
   } else {

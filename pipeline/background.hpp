@@ -13,6 +13,8 @@
 #include "core/time.hpp"
 #include "devices/source.hpp"
 #include "vision/background_estimate.hpp"
+#include "vision/depth_background.hpp"
+#include "vision/segmenter.hpp"
 
 namespace choreo::pipeline {
 
@@ -28,8 +30,9 @@ struct BackgroundSpec {
 [[nodiscard]] BackgroundSpec parse_background(std::string_view text);
 
 struct LearnedBackground {
-  vision::BackgroundEstimate estimate;  ///< At the working size.
-  std::size_t pictures = 0;             ///< That taught it; 0 for a plate.
+  vision::BackgroundEstimate estimate;           ///< At the working size; nothing where depth alone decides.
+  std::optional<vision::DepthBackground> depth;  ///< Likewise; nothing where colour alone decides.
+  std::size_t pictures = 0;                      ///< That taught it; 0 for a plate.
   std::uint64_t frames_read = 0;
   /// The source to read from now on: it gives every frame from the first, those that taught the background included.
   std::unique_ptr<devices::Source> source;
@@ -42,11 +45,16 @@ struct LearnedBackground {
 /// @param progress  called with the share of the source read, 0 to 1, or less than 0 where the length is unknown.
 /// @param infer_unseen  whether the wall behind a performer who never leaves is inferred
 /// (`vision::with_inferred_wall`).
+/// @param segmentation  what is to be learned: colour, depth or both, from the same frames. A plate tells nothing of
+///   depth: that is learned as by `auto`.
+/// @param margin  of the depth background.
 /// @return nothing where `stop` was requested.
-/// @throws Error (usage) where there is no frame, or the plate is of another size than the frames.
+/// @throws Error (usage) where there is no frame, the plate is of another size than the frames, or depth is asked for
+///   and the frames have none.
 [[nodiscard]] std::optional<LearnedBackground> learn_background(
     std::unique_ptr<devices::Source> source, const BackgroundSpec& spec, const cv::Mat& plate, int working_rows,
     const std::function<std::unique_ptr<devices::Source>()>& reopen, const std::function<void(double)>& progress,
-    const std::stop_token& stop, bool infer_unseen = true);
+    const std::stop_token& stop, bool infer_unseen = true,
+    vision::Segmentation segmentation = vision::Segmentation::kColour, const vision::DepthMargin& margin = {});
 
 }  // namespace choreo::pipeline

@@ -26,7 +26,8 @@ struct Observation {
   Nanoseconds passed{0};   ///< Likewise: when the last stage so far was done.
 
   // From PictureStage.
-  cv::Mat picture;  ///< CV_8UC3 at the working resolution.
+  cv::Mat picture;   ///< CV_8UC3 at the working resolution.
+  cv::Mat depth_mm;  ///< CV_16UC1, likewise; empty where the frame has none or nobody looks at it.
 
   // From MaskStage.
   vision::MaskResult mask;  ///< At the working resolution.

@@ -3,6 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <iterator>
+#include <utility>
+#include <vector>
 
 #include <opencv2/imgproc.hpp>
 
@@ -18,6 +22,36 @@ cv::Mat at_working_size(const cv::Mat& picture, cv::Size size) {
   if (picture.size() == size) return picture;
   cv::Mat out;
   cv::resize(picture, out, size, 0, 0, cv::INTER_AREA);
+  return out;
+}
+
+cv::Mat depth_at_working_size(const cv::Mat& depth, cv::Size size) {
+  if (depth.empty() || depth.size() == size) return depth;
+  cv::Mat out(size, CV_16UC1);
+  std::vector<std::uint16_t> valid;
+  // The part of a side that a pixel covers; at least one pixel of it.
+  const auto part = [](int i, int of, int length) {
+    const auto begin = static_cast<int>(std::int64_t{i} * length / of);
+    return std::pair(begin, std::max(begin + 1, static_cast<int>((std::int64_t{i} + 1) * length / of)));
+  };
+  for (int y = 0; y < size.height; ++y) {
+    const auto [top, bottom] = part(y, size.height, depth.rows);
+    for (int x = 0; x < size.width; ++x) {
+      const auto [left, right] = part(x, size.width, depth.cols);
+      valid.clear();
+      for (int v = top; v < bottom; ++v) {
+        const auto* row = depth.ptr<std::uint16_t>(v);
+        std::copy_if(row + left, row + right, std::back_inserter(valid), [](std::uint16_t z) { return z != 0; });
+      }
+      const auto covered = std::size_t(bottom - top) * std::size_t(right - left);
+      auto& z = out.ptr<std::uint16_t>(y)[x];
+      z = 0;
+      if (2 * valid.size() < covered) continue;
+      const auto middle = valid.begin() + std::ptrdiff_t((valid.size() - 1) / 2);
+      std::nth_element(valid.begin(), middle, valid.end());
+      z = *middle;
+    }
+  }
   return out;
 }
 

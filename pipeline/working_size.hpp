@@ -13,4 +13,10 @@ namespace choreo::pipeline {
 /// The picture at that size, each pixel the mean of what it covers. The same picture where nothing changes.
 [[nodiscard]] cv::Mat at_working_size(const cv::Mat& picture, cv::Size size);
 
+/// Depth at that size: each pixel the middle one of the valid readings (not 0) that it covers, the nearer of two; 0
+/// where fewer than half are valid. Never a mean, which would put things where nothing is. The same picture where
+/// nothing changes, and an empty one of an empty one.
+/// @param depth  CV_16UC1, of any size.
+[[nodiscard]] cv::Mat depth_at_working_size(const cv::Mat& depth, cv::Size size);
+
 }  // namespace choreo::pipeline

@@ -13,6 +13,7 @@
 #include "core/text.hpp"
 #include "devices/synthetic/brush.hpp"
 #include "devices/synthetic/chance.hpp"
+#include "devices/synthetic/depth_camera.hpp"
 #include "devices/synthetic/mannequin.hpp"
 #include "devices/synthetic/room.hpp"
 
@@ -81,6 +82,7 @@ struct Performer::Film {
         margin(s.shake > 0 ? static_cast<int>(std::ceil(4 * s.shake)) + 2 : 0),
         room(paint_room(stage, look, s.seed, margin)),
         noise(noise_table(s.seed, s.noise)),
+        depth_camera(s.depth ? std::make_unique<DepthCamera>(stage, look, s.seed) : nullptr),
         empty_frames(static_cast<int>(std::lround(s.empty * s.fps))),
         played_frames(static_cast<int>(std::lround(s.duration.value_or(script.duration()) * s.fps))),
         tail_frames(static_cast<int>(std::lround(s.tail * s.fps))) {}
@@ -177,6 +179,7 @@ struct Performer::Film {
   int margin;
   cv::Mat room;  // see paint_room
   std::vector<short> noise;
+  std::unique_ptr<const DepthCamera> depth_camera;  // null: colour alone
   int empty_frames;
   int played_frames;
   int tail_frames;
@@ -232,6 +235,9 @@ Performance Performer::perform(int index) const {
       f.figure_row(y, row, out.mask.ptr<unsigned char>(y), out.present);
     }
     f.expose_row(index, y, light, row, out.bgr.ptr<unsigned char>(y));
+  }
+  if (f.depth_camera) {
+    out.depth = f.depth_camera->film(index, out.present ? out.mask : cv::Mat(), pose.value_or(body::Pose()), shift);
   }
   if (out.present) {
     out.pose = *pose;

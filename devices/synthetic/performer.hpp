@@ -27,6 +27,7 @@ struct PerformerSettings {
   double drift = 0;                ///< Brightness, grey levels a minute, -60 to 60.
   double flicker = 0;              ///< Amplitude in grey levels, 0 to 30, of light that swings 100 times a second.
   double shake = 0;                ///< Camera shake, pixels rms along each axis, 0 to 10.
+  bool depth = false;              ///< Also what a depth camera sees.
   double empty = 1;                ///< Seconds of empty room before the performance, 0 to 60.
   double tail = 0;                 ///< And after it.
   std::optional<double> duration;  ///< Seconds of performance, up to 36000; the script's own where absent.
@@ -44,6 +45,7 @@ struct PerformerSettings {
 struct Performance {
   cv::Mat bgr;           ///< CV_8UC3.
   cv::Mat mask;          ///< CV_8UC1, 255 where the body covers at least half the pixel, else 0.
+  cv::Mat depth;         ///< CV_16UC1, mm, 0 where unknown (see DepthCamera); empty unless `settings.depth`.
   body::Pose pose;       ///< Standing where nobody is in the room.
   bool present = false;  ///< Some pixel of the mask is set.
   Nanoseconds time{0};   ///< From the first frame.

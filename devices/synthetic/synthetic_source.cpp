@@ -42,6 +42,7 @@ class SyntheticSource final : public Source {
     frame->sequence = static_cast<std::uint64_t>(next_++);
     frame->device_time = performance.time;
     frame->bgr = std::move(performance.bgr);
+    frame->depth = std::move(performance.depth);
     return frame;
   }
 
@@ -64,6 +65,7 @@ PerformerRequest performer_request(const SourceUri& uri, SettingReader& settings
   s.drift = settings.take_number("drift", s.drift, -60, 60);
   s.flicker = settings.take_number("flicker", s.flicker, 0, 30);
   s.shake = settings.take_number("shake", s.shake, 0, 10);
+  s.depth = settings.take_flag("depth", s.depth);
   s.empty = settings.take_number("empty", s.empty, 0, 60);
   s.tail = settings.take_number("tail", s.tail, 0, 60);
   const double natural = synthetic::script_facts(request.script).duration;

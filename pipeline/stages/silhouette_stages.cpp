@@ -7,10 +7,11 @@ namespace choreo::pipeline {
 
 void PictureStage::process(Observation& observation) {
   observation.picture = at_working_size(observation.frame->bgr, size_);
+  if (with_depth_) observation.depth_mm = depth_at_working_size(observation.frame->depth, size_);
 }
 
 void MaskStage::process(Observation& observation) {
-  observation.mask = masker_.process(observation.picture, to_seconds(observation.time));
+  observation.mask = segmenter_.process(observation.picture, observation.depth_mm, to_seconds(observation.time));
 }
 
 void StateStage::process(Observation& observation) {

@@ -4,30 +4,31 @@
 
 #include "body/silhouette_features.hpp"
 #include "pipeline/stage.hpp"
-#include "vision/body_masker.hpp"
+#include "vision/segmenter.hpp"
 
 namespace choreo::pipeline {
 
-/// frame -> picture: the frame at the working resolution.
+/// frame -> picture and, where it is looked at, depth: the frame at the working resolution.
 class PictureStage final : public Stage {
  public:
-  explicit PictureStage(cv::Size size) : size_(size) {}
+  explicit PictureStage(cv::Size size, bool with_depth = false) : size_(size), with_depth_(with_depth) {}
   [[nodiscard]] std::string name() const override { return "picture"; }
   void process(Observation& observation) override;
 
  private:
   cv::Size size_;
+  bool with_depth_;
 };
 
-/// picture -> mask.
+/// picture, depth -> mask.
 class MaskStage final : public Stage {
  public:
-  explicit MaskStage(vision::BodyMasker masker) : masker_(std::move(masker)) {}
+  explicit MaskStage(vision::Segmenter segmenter) : segmenter_(std::move(segmenter)) {}
   [[nodiscard]] std::string name() const override { return "mask"; }
   void process(Observation& observation) override;
 
  private:
-  vision::BodyMasker masker_;
+  vision::Segmenter segmenter_;
 };
 
 /// mask -> state, quantity of motion, contraction.

@@ -79,7 +79,7 @@ int analyze(const AnalyzeOptions& options, Session& session) {
                      end == Nanoseconds::max() ? -1.0 : to_seconds(time - prepared.selection.from) / to_do);
   };
   std::vector<std::unique_ptr<pipeline::Stage>> stages;
-  stages.push_back(std::make_unique<pipeline::PictureStage>(summary.working_size));
+  stages.push_back(std::make_unique<pipeline::PictureStage>(summary.working_size, masker.uses_depth()));
   stages.push_back(std::make_unique<pipeline::MaskStage>(std::move(masker)));
   stages.push_back(std::make_unique<pipeline::StateStage>(settings.motion_window_s));
   auto owned_record = std::make_unique<RecordStage>(

@@ -250,7 +250,7 @@ int live(const LiveOptions& options, Session& session) {
   };
 
   std::vector<std::unique_ptr<pipeline::Stage>> stages;
-  stages.push_back(std::make_unique<pipeline::PictureStage>(summary.working_size));
+  stages.push_back(std::make_unique<pipeline::PictureStage>(summary.working_size, masker.uses_depth()));
   stages.push_back(std::make_unique<pipeline::MaskStage>(std::move(masker)));
   stages.push_back(std::make_unique<pipeline::StateStage>(settings.motion_window_s));
   stages.push_back(std::make_unique<pipeline::HistoryStage>(history, length, clock, &row_cost));

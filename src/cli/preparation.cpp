@@ -2,6 +2,7 @@
 #include "cli/preparation.hpp"
 
 #include <cstdlib>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -36,7 +37,9 @@ Preparation::Preparation(const SourceOptions& options, const config::Options& se
       keep_raw_(keep_raw),
       registry_(all_drivers(clock)),
       cores_(tbb::global_control::max_allowed_parallelism, std::size_t(threads_of(options))),
-      spec_(pipeline::parse_background(settings.background)) {
+      spec_(pipeline::parse_background(settings.background)),
+      segmentation_(vision::segmentation_named(settings.segmentation)) {
+  settings.depth.validate();
   summary.threads = threads_of(options);
   summary.instruction_set = kernel.name;
   cv::setNumThreads(summary.threads);
@@ -64,21 +67,26 @@ std::unique_ptr<devices::Source> Preparation::open() {
   }
 }
 
-vision::BodyMasker Preparation::learn() {
+vision::Segmenter Preparation::learn() {
   const auto start = clock_.now();
   auto learned = pipeline::learn_background(
       std::move(source), spec_, plate_, settings_.working_rows, [this] { return open(); },
       [&](double share) { session_.console.progress("learning the background", share); }, stop,
-      settings_.mask.infer_unseen);
+      settings_.mask.infer_unseen, segmentation_, settings_.depth.margin());
   session_.console.finish_progress();
   if (!learned) throw Interrupted{};
   source = std::move(learned->source);
   summary.learn_wall = clock_.now() - start;
   summary.background = learned->estimate;
   summary.background_pictures = learned->pictures;
-  vision::BodyMasker masker(learned->estimate, settings_.mask);
-  summary.threshold = masker.threshold();
-  return masker;
+  std::optional<vision::BodyMasker> colour;
+  if (segmentation_ != vision::Segmentation::kDepth) {
+    colour.emplace(learned->estimate, settings_.mask);
+    summary.threshold = colour->threshold();
+  }
+  if (!learned->depth) return *std::move(colour);
+  summary.depth = learned->depth;
+  return {std::move(colour), vision::DepthMasker(*learned->depth, settings_.depth, settings_.mask), settings_.mask};
 }
 
 }  // namespace choreo::cli

@@ -16,7 +16,7 @@
 #include "devices/registry.hpp"
 #include "pipeline/background.hpp"
 #include "similarity/and_count.hpp"
-#include "vision/body_masker.hpp"
+#include "vision/segmenter.hpp"
 
 namespace choreo::cli {
 
@@ -32,7 +32,7 @@ class Preparation {
   /// Learns the background. `source` gives every frame from the first again afterwards.
   /// @return what makes masks from now on.
   /// @throws Error; Interrupted
-  [[nodiscard]] vision::BodyMasker learn();
+  [[nodiscard]] vision::Segmenter learn();
 
   DeviceNews news;  ///< Before the source, which tells it until its end.
   Summary summary;  ///< What is known of the source and its background so far.
@@ -52,6 +52,7 @@ class Preparation {
   devices::Registry registry_;
   tbb::global_control cores_;
   pipeline::BackgroundSpec spec_;
+  vision::Segmentation segmentation_;
   cv::Mat plate_;
 };
 

@@ -53,7 +53,7 @@ std::vector<std::string> warnings_of(const Summary& s, const config::Options& se
         "with "
         "--background, or see mask.threshold and mask.min_body_percent");
   } else {
-    if (s.background.uncertain()) {
+    if (s.uncertain()) {
       warnings.push_back(fmt::format(
           "the background is uncertain: {:.0f} % of the body stands before wall that was never seen, {:.0f} % of "
           "its pixels were decided by inference; give a plate with --background, or leave the room empty for "
@@ -80,7 +80,7 @@ outputs::PlotOptions plot_options(const Summary& s, const config::PlotSettings& 
   // Where a recording lies is nobody's business who reads the paper.
   options.title = std::filesystem::path(s.source.name.substr(0, s.source.name.find('?'))).filename().string();
   if (options.title.empty() || s.source.name.find("://") != std::string::npos) options.title = s.source.name;
-  if (s.background.uncertain()) {
+  if (s.uncertain()) {
     options.subtitle =
         fmt::format("uncertain background: {:.0f} % of the body before wall never seen, {:.0f} % decided by inference",
                     100.0 * s.background.unseen, 100.0 * s.inferred);

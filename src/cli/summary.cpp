@@ -59,15 +59,22 @@ std::string to_json(const Summary& s, const config::Config& config) {
   json["frames_with_body_cut_by_the_frame"] = s.frames_with_body_cut;
   json["first_time_s"] = rounded(s.first_time_s, 6);
   json["last_time_s"] = rounded(s.last_time_s, 6);
+  json["segmentation"] = config.options().segmentation;
   json["background"] = {{"from", config.options().background},
-                        {"uncertain", s.background.uncertain()},
+                        {"uncertain", s.uncertain()},
                         {"share_of_body_before_unseen_wall", rounded(s.background.unseen, 4)},
                         {"pieced_together", s.background.pieced},
                         {"share_of_body_inferred", rounded(s.inferred, 4)},
                         {"share_of_pictures_without_body", rounded(s.background.empty, 4)},
                         {"pictures", s.background_pictures},
                         {"noise_grey_levels", rounded(s.background.noise, 3)}};
-  json["threshold_grey_levels"] = rounded(s.threshold, 3);
+  json["threshold_grey_levels"] = s.threshold ? Json(rounded(*s.threshold, 3)) : Json();
+  if (s.depth) {
+    json["depth"] = {{"share_of_room_known", rounded(s.depth->known_share(), 4)},
+                     {"share_of_room_inferred", rounded(s.depth->inferred_share(), 4)},
+                     {"share_of_pictures_without_body", rounded(s.depth->empty, 4)},
+                     {"noise_mm_at_2_m", rounded(4e6 * s.depth->noise_per_mm, 3)}};
+  }
   json["sudden_changes_s"] = s.sudden_changes_s;
   json["compared_canvas"] = json_of(s.canvas);
   if (s.live) {

@@ -35,8 +35,9 @@ struct Summary {
   std::size_t frames_with_body_cut = 0;
   double first_time_s = 0;
   double last_time_s = 0;
-  double threshold = 0;
+  std::optional<double> threshold;  ///< Grey levels; absent where depth alone decides.
   vision::BackgroundEstimate background;
+  std::optional<vision::DepthBackground> depth;  ///< Absent where colour alone decides.
   std::size_t background_pictures = 0;
   double inferred = 0;  ///< Share of the body's pixels, over all frames, that an inferred wall decided; 0 to 1.
   std::vector<double> sudden_changes_s;
@@ -53,6 +54,9 @@ struct Summary {
   pipeline::RunReport run;
   Nanoseconds pairs_wall{0};
   Nanoseconds plots_wall{0};
+
+  /// Whether masks may have holes or ghosts: depth sees what stands before a wall that was never seen.
+  [[nodiscard]] bool uncertain() const { return !depth && background.uncertain(); }
 };
 
 /// As indented JSON.

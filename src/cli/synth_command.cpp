@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.hpp"
+#include "core/error.hpp"
 #include "devices/synthetic/synthetic_source.hpp"
 #include "outputs/output_set.hpp"
 #include "outputs/video_writer.hpp"
@@ -62,6 +63,10 @@ nlohmann::ordered_json truth_of(const devices::synthetic::Performance& performan
 int synth(const SynthOptions& options, Session& session) {
   const auto uri = devices::parse_source_uri("synthetic://" + options.script, [](const std::string&) { return false; });
   const auto request = devices::performer_request(uri);
+  if (request.settings.depth) {
+    throw usage_error("a clip of synth holds no depth", "depth=1",
+                      "give synthetic://" + options.script + " itself as the SOURCE");
+  }
   const devices::synthetic::Performer performer(request.script, request.settings);
   const auto& settings = performer.settings();
 

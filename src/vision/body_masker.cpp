@@ -83,6 +83,14 @@ void MaskOptions::validate() const {
   check(relearn_s >= 0 && relearn_s <= 60, "background.relearn_s", relearn_s, "from 0 to 60 s");
 }
 
+cv::Mat allowed_area(const MaskOptions& options, cv::Size size) {
+  if (options.roi == Zone{} && options.ignore.empty()) return {};
+  cv::Mat allowed = cv::Mat::zeros(size, CV_8UC1);
+  allowed(pixels_of(options.roi, size)) = 255;
+  for (const auto& zone : options.ignore) allowed(pixels_of(zone, size)) = 0;
+  return allowed;
+}
+
 BodyMasker::BodyMasker(const cv::Mat& plate, double noise, MaskOptions options)
     : BodyMasker(known(plate, noise), std::move(options)) {}
 
@@ -103,12 +111,7 @@ BodyMasker::BodyMasker(const BackgroundEstimate& estimate, MaskOptions options)
   threshold_ = options_.threshold.value_or(std::max(options_.least_threshold, options_.noise_factor * noise));
   background_ = plate.clone();
   background_.convertTo(running_, CV_32F);
-  const bool everywhere = options_.roi == Zone{} && options_.ignore.empty();
-  if (!everywhere) {
-    allowed_ = cv::Mat::zeros(plate.size(), CV_8UC1);
-    allowed_(pixels_of(options_.roi, plate.size())) = 255;
-    for (const auto& zone : options_.ignore) allowed_(pixels_of(zone, plate.size())) = 0;
-  }
+  allowed_ = allowed_area(options_, plate.size());
 }
 
 double BodyMasker::changed_percent(const cv::Mat& difference) const {

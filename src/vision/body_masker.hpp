@@ -44,6 +44,9 @@ struct MaskOptions {
   void validate() const;  ///< @throws Error (usage) naming the option, its value and its range.
 };
 
+/// CV_8UC1, 255 where a body may be by `roi` and `ignore`; empty: everywhere.
+[[nodiscard]] cv::Mat allowed_area(const MaskOptions& options, cv::Size size);
+
 /// What one picture gave.
 struct MaskResult {
   cv::Mat mask;           ///< CV_8UC1, 0 or 255; all 0 where there is no body.

@@ -66,6 +66,7 @@ std::vector<Case> cases() {
                                            "1",
                                            repeated("[0, 0, 1, 1]", 65)};
   return {
+      {"segmentation", {"\"colour\"", "\"depth\"", "\"both\""}, kNoWord},
       {"background.from",
        {"\"auto\"", "\"first:1s\"", "\"first:0.5\"", "\"first:10min\"", "\"a plate.png\"",
         R"("C:\\x \"y\" \u007f\t\n")", "'/tmp/\u00e9.png'"},
@@ -88,6 +89,11 @@ std::vector<Case> cases() {
       {"mask.ignore",
        {"[]", "[[0, 0, 1, 1]]", "[[0, 0, 0.5, 1], [0.25, 0.125, 1, 1.0]]", repeated("[0, 0, 1, 1]", 64)},
        std::move(no_zones)},
+      {"depth.threshold_mm", {"\"auto\"", "5000", "0.5"}, no_number({"0", "-1", "5000.1", "\"Auto\""})},
+      {"depth.spread_factor", {"1", "20", "3.7"}, no_number({"0.99", "20.1"})},
+      {"depth.least_threshold_mm", {"1", "1000", "12.5"}, no_number({"0.99", "1000.1"})},
+      {"depth.near_mm", {"0", "20000", "499.5"}, no_number({"-1", "20000.1"})},
+      {"depth.far_mm", {"0", "20000", "4000"}, no_number({"-1", "20000.1"})},
       {"working.rows", {"0", "1", "8640"}, no_integer({"-1", "8641"})},
       {"motion.window_s", {"0.001", "10", "1"}, no_number({"0", "10.1", "-1", "1e-320"})},
       {"matrix.most_rows", {"2", "20000", "1000000"}, no_integer({"1", "0", "1000001"})},
@@ -106,6 +112,7 @@ std::vector<Case> cases() {
 // A file with that one setting.
 std::string file_of(const std::string& key, const std::string& value) {
   const auto dot = key.find('.');
+  if (dot == std::string::npos) return "# of no section\n" + key + " = " + value + "\n";
   return "[" + key.substr(0, dot) + "]\n" + key.substr(dot + 1) + " = " + value + "\n";
 }
 
@@ -162,6 +169,7 @@ TEST_P(Setting, EveryValueOfItsRangeIsTakenAndPrintsAsWhatReadsBackTheSame) {
     Config again;
     ASSERT_FALSE(error_of([&] { again.load_text(file_of(c.key, printed), "printed.toml"); })) << value;
     EXPECT_EQ(field().print(again.options()), printed) << value;
+    EXPECT_NO_THROW(config.options().depth.validate()) << "the module's own range is the same: " << value;
     EXPECT_NO_THROW(config.options().mask.validate()) << "the module's own range is the same: " << value;
   }
 }

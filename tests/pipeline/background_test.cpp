@@ -262,6 +262,67 @@ TEST_F(LearnBackground, OfLongRecordingsAtMostAHundredAndTwentyEvenlySpreadPictu
   EXPECT_EQ(learn(brightening(241), "first:1h")->pictures, 61u) << "frames 0, 4, ... 240";
 }
 
+// A wall at 3 m with a wall's picture; every frame, or those from `first` on, has depth.
+std::vector<devices::FramePtr> with_depth(std::uint64_t count, std::uint64_t first = 0) {
+  std::vector<devices::FramePtr> frames;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    auto frame = std::make_shared<devices::Frame>(
+        *frame_at(i, 100ms * static_cast<long>(i), cv::Mat(kSize, CV_8UC3, cv::Scalar(90, 90, 90))));
+    if (i >= first) frame->depth = cv::Mat(kSize, CV_16UC1, cv::Scalar(3000));
+    frames.push_back(frame);
+  }
+  return frames;
+}
+
+std::optional<LearnedBackground> learn_by(vision::Segmentation segmentation,
+                                          const std::vector<devices::FramePtr>& frames, const std::string& background,
+                                          bool repeatable = true, int rows = 0) {
+  devices::SourceInfo info;
+  info.name = "clip.oni";
+  info.size = kSize;
+  info.repeatable = repeatable;
+  const cv::Mat plate(kSize, CV_8UC3, cv::Scalar(90, 90, 90));
+  return learn_background(
+      std::make_unique<ListedSource>(frames, info), parse_background(background), plate, rows,
+      [=] { return std::make_unique<ListedSource>(frames, info); }, [](double) {}, {}, true, segmentation);
+}
+
+TEST(LearnDepthBackground, IsLearnedFromTheSameFramesWhateverTheBackgroundComesFrom) {
+  for (const auto segmentation : {vision::Segmentation::kDepth, vision::Segmentation::kBoth}) {
+    for (const auto* background : {"auto", "first:0.5s", "room.png"}) {
+      for (const bool repeatable : {true, false}) {
+        const auto learned = learn_by(segmentation, with_depth(30), background, repeatable);
+        ASSERT_TRUE(learned && learned->depth);
+        EXPECT_EQ(cv::countNonZero(learned->depth->depth_mm != 3000), 0) << background << repeatable;
+        EXPECT_EQ(learned->estimate.plate.empty(), segmentation == vision::Segmentation::kDepth);
+        EXPECT_EQ(test::all_frames(*learned->source).size(), 30u);
+      }
+    }
+  }
+  EXPECT_FALSE(learn_by(vision::Segmentation::kColour, with_depth(30), "auto")->depth);
+}
+
+TEST(LearnDepthBackground, APlateTellsNothingOfDepthSoTheWholeRecordingDoes) {
+  EXPECT_EQ(learn_by(vision::Segmentation::kBoth, with_depth(30), "room.png")->frames_read, 30u);
+  EXPECT_EQ(learn_by(vision::Segmentation::kBoth, with_depth(30), "room.png", false)->frames_read, 10u);
+}
+
+TEST(LearnDepthBackground, IsMadeAtTheWorkingSize) {
+  EXPECT_EQ(learn_by(vision::Segmentation::kDepth, with_depth(5), "auto", true, 12)->depth->depth_mm.size(),
+            cv::Size(16, 12));
+}
+
+TEST(LearnDepthBackground, FirstFramesWithoutDepthAreForgivenAndASourceWithoutAnyIsRefusedAfterASecond) {
+  EXPECT_TRUE(learn_by(vision::Segmentation::kBoth, with_depth(30, 9), "auto")->depth);
+  for (const auto count : {1u, 30u}) {
+    const auto error = error_of([&] { (void)learn_by(vision::Segmentation::kBoth, with_depth(count, 1000), "auto"); });
+    ASSERT_TRUE(error);
+    EXPECT_EQ(error->fault(), Fault::kUsage);
+    EXPECT_STREQ(error->what(), "segmentation: \"clip.oni\" has no depth");
+    EXPECT_THAT(error->hint(), HasSubstr("Kinect"));
+  }
+}
+
 // Which of so many numbers are kept.
 std::vector<int> kept_of(int count, std::size_t most) {
   EvenSampler<int> sampler(most);

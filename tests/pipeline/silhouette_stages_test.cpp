@@ -49,6 +49,32 @@ TEST(PictureStage, BringsTheFrameToTheWorkingSizeAndLeavesItAlone) {
   EXPECT_TRUE(same_pixels(observation.frame->bgr, picture));
 }
 
+TEST(PictureStage, BringsDepthAlongOnlyWhereItIsLookedAt) {
+  auto frame = std::make_shared<devices::Frame>();
+  frame->bgr = wall();
+  frame->depth = cv::Mat(kSize, CV_16UC1, cv::Scalar(2500));
+  Observation observation;
+  observation.frame = frame;
+  PictureStage({80, 60}).process(observation);
+  EXPECT_TRUE(observation.depth_mm.empty());
+  PictureStage({80, 60}, true).process(observation);
+  EXPECT_TRUE(same_pixels(observation.depth_mm, cv::Mat(60, 80, CV_16UC1, cv::Scalar(2500))));
+}
+
+TEST(MaskStage, MasksTheDepthWhereASegmenterUsesIt) {
+  vision::DepthBackground room;
+  room.depth_mm = cv::Mat(kSize, CV_16UC1, cv::Scalar(3000));
+  room.spread_mm = cv::Mat(kSize, CV_32FC1, cv::Scalar(5));
+  MaskStage stage(vision::Segmenter(std::nullopt, vision::DepthMasker(room, {}, {}), {}));
+  auto observation = observed(wall(), 0s);
+  observation.picture = wall();
+  observation.depth_mm = room.depth_mm.clone();
+  observation.depth_mm(cv::Rect(40, 30, 20, 40)) = 2000;
+  stage.process(observation);
+  EXPECT_TRUE(observation.mask.body);
+  EXPECT_EQ(cv::boundingRect(observation.mask.mask), cv::Rect(40, 30, 20, 40));
+}
+
 TEST(MaskStage, MasksThePictureAtItsTime) {
   MaskStage stage(masker());
   auto observation = observed(wall(), 0s);

@@ -52,5 +52,37 @@ TEST(AtWorkingSize, ThePictureItselfIsLeftAsItWas) {
   EXPECT_TRUE(test::same_pixels(picture, before));
 }
 
+TEST(DepthAtWorkingSize, IsTheMiddleOneOfTheValidReadingsAndNeverAMean) {
+  const cv::Mat1w depth = (cv::Mat1w(2, 6) << 1000, 1000, 2000, 0, 0, 0,  //
+                           1000, 3000, 3000, 0, 0, 900);
+  const cv::Mat1w small = depth_at_working_size(depth, {3, 1});
+  EXPECT_EQ(small(0, 0), 1000);
+  EXPECT_EQ(small(0, 1), 2000) << "the nearer of two, which are half of what is covered";
+  EXPECT_EQ(small(0, 2), 0) << "one of four is no evidence";
+}
+
+TEST(DepthAtWorkingSize, NothingChangesAtItsOwnSizeAndNothingComesOfNothing) {
+  const auto depth = test::noise({7, 5}, CV_16UC1, 3);
+  EXPECT_EQ(depth_at_working_size(depth, {7, 5}).data, depth.data);
+  EXPECT_TRUE(depth_at_working_size(cv::Mat(), {7, 5}).empty());
+}
+
+TEST(DepthAtWorkingSize, EveryPixelIsAReadingOfThePlaceItCoversAtAnyRatio) {
+  const auto depth = test::noise({33, 21}, CV_16UC1, 3) + 1;
+  const cv::Mat all = depth;
+  for (const cv::Size size : {cv::Size(32, 20), cv::Size(10, 7), cv::Size(1, 1), cv::Size(50, 40)}) {
+    const auto out = depth_at_working_size(all, size);
+    ASSERT_EQ(out.size(), size);
+    for (int y = 0; y < size.height; ++y) {
+      for (int x = 0; x < size.width; ++x) {
+        const cv::Rect place(cv::Point(x * 33 / size.width, y * 21 / size.height),
+                             cv::Point((x + 1) * 33 / size.width + 1, (y + 1) * 21 / size.height + 1));
+        const cv::Mat part = all(place & cv::Rect(0, 0, 33, 21));
+        EXPECT_GT(cv::countNonZero(part == double(out.at<std::uint16_t>(y, x))), 0) << x << "," << y;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace choreo::pipeline

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/segmenter.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+#include <opencv2/imgproc.hpp>
+
+#include "vision/difference.hpp"
+
+namespace choreo::vision {
+namespace {
+
+constexpr double kAgreement = 0.9;
+constexpr int kLooksAround = 4;         // times the edge's width
+constexpr int kRowsPerEdgePixel = 160;  // a depth edge wanders by about as many pixels of 480 rows
+
+cv::Mat square(int reach) { return cv::getStructuringElement(cv::MORPH_RECT, {2 * reach + 1, 2 * reach + 1}); }
+
+// How many pixels are set within `reach`, everywhere.
+cv::Mat count_around(const cv::Mat& mask, int reach) {
+  cv::Mat sum;
+  const int side = 2 * reach + 1;
+  cv::boxFilter(mask & 1, sum, CV_32F, {side, side}, {-1, -1}, false, cv::BORDER_CONSTANT);
+  return sum;
+}
+
+// Where `colour` has at least kAgreement of what is set in `sure` nearby, and something is.
+cv::Mat agrees(const cv::Mat& colour, const cv::Mat& sure, int reach) {
+  const cv::Mat all = count_around(sure, reach);
+  const cv::Mat both = count_around(sure & colour, reach);
+  return (all >= 1) & (both >= kAgreement * all);
+}
+
+}  // namespace
+
+Segmentation segmentation_named(std::string_view name) {
+  assert(name == "colour" || name == "depth" || name == "both");
+  return name == "colour" ? Segmentation::kColour : name == "depth" ? Segmentation::kDepth : Segmentation::kBoth;
+}
+
+cv::Mat combined(const cv::Mat& by_colour, const cv::Mat& by_depth, const cv::Mat& known, int edge_px) {
+  assert(edge_px > 0);
+  cv::Mat grown, shrunk;
+  cv::dilate(by_depth, grown, square(edge_px));
+  cv::erode(by_depth, shrunk, square(edge_px));
+  const cv::Mat not_colour = ~by_colour;
+  const cv::Mat outside = ~grown & known;
+  const int reach = kLooksAround * edge_px;
+  const cv::Mat trusted = agrees(by_colour, shrunk, reach) & agrees(not_colour, outside, reach);
+  const cv::Mat by_colour_here = (grown & ~shrunk & trusted) | (~known & ~by_depth);
+  cv::Mat out = by_depth.clone();
+  by_colour.copyTo(out, by_colour_here);
+  return out;
+}
+
+Segmenter::Segmenter(BodyMasker colour) : colour_(std::move(colour)) {}
+
+Segmenter::Segmenter(std::optional<BodyMasker> colour, DepthMasker depth, MaskOptions options)
+    : colour_(std::move(colour)), depth_(std::move(depth)), options_(std::move(options)) {}
+
+MaskResult Segmenter::process(const cv::Mat& picture, const cv::Mat& depth_mm, double time_s) {
+  MaskResult by_colour;
+  if (colour_) by_colour = colour_->process(picture, time_s);
+  if (!depth_) return by_colour;
+  if (depth_mm.empty()) {
+    if (!colour_) by_colour.mask = cv::Mat::zeros(picture.size(), CV_8UC1);
+    return by_colour;
+  }
+  const auto by_depth = depth_->process(depth_mm, time_s);
+  if (colour_ && by_depth.learning) {
+    by_colour.sudden = by_colour.sudden || by_depth.sudden;
+    return by_colour;
+  }
+  if (!colour_) return finished(by_depth.body, by_depth);
+  const int edge_px = std::max(1, depth_mm.rows / kRowsPerEdgePixel);
+  auto result = finished(combined(by_colour.mask, by_depth.body, by_depth.known, edge_px), by_depth);
+  result.sudden = result.sudden || by_colour.sudden;
+  return result;
+}
+
+MaskResult Segmenter::finished(cv::Mat mask, const DepthMask& depth) const {
+  MaskResult result;
+  result.sudden = depth.sudden;
+  result.learning = depth.learning;
+  result.mask = cv::Mat::zeros(mask.size(), CV_8UC1);
+  const double pixels = double(mask.total());
+  mask =
+      without_specks(mask, static_cast<int>(std::ceil(options_.speck_percent / 100.0 * pixels)), options_.largest_only);
+  const int area = cv::countNonZero(mask);
+  if (area == 0 || area < options_.min_body_percent / 100.0 * pixels) return result;
+  result.mask = mask;
+  result.area = area;
+  if (!depth.inferred.empty()) result.inferred = cv::countNonZero(mask & depth.inferred);
+  result.body = true;
+  const auto box = cv::boundingRect(mask);
+  result.cut = box.x == 0 || box.y == 0 || box.br().x == mask.cols || box.br().y == mask.rows;
+  return result;
+}
+
+}  // namespace choreo::vision

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a frame's picture, its depth or both to the body's silhouette.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include <opencv2/core/mat.hpp>
+
+#include "vision/body_masker.hpp"
+#include "vision/depth_masker.hpp"
+
+namespace choreo::vision {
+
+/// What decides which pixels are body.
+enum class Segmentation { kColour, kDepth, kBoth };
+
+/// @param name  "colour", "depth" or "both" (asserted).
+[[nodiscard]] Segmentation segmentation_named(std::string_view name);
+
+/// One mask of two: depth decides where it is known, colour where it is not and along the edges.
+///
+/// Depth's edges are ragged. Within `edge_px` of the border of the depth mask colour decides, where within 4 `edge_px`
+/// the two agree on at least 0.9 of what is body by depth beside that band, and on as much of what is not: clothes like
+/// the wall, or a shadow on it, are no help.
+/// @param by_colour, by_depth, known  CV_8UC1, 0 or 255, of one size; `known` is where depth decided.
+[[nodiscard]] cv::Mat combined(const cv::Mat& by_colour, const cv::Mat& by_depth, const cv::Mat& known, int edge_px);
+
+/// Makes body masks by colour, by depth or by both.
+/// @thread thread-bound
+class Segmenter {
+ public:
+  /// By colour alone: what `colour` gives, to the last bit.
+  Segmenter(BodyMasker colour);  // NOLINT(google-explicit-constructor): such a masker is a segmenter.
+
+  /// By depth alone, or, with `colour`, by both.
+  Segmenter(std::optional<BodyMasker> colour, DepthMasker depth, MaskOptions options);
+
+  /// @param picture   CV_8UC3; not looked at where depth alone decides.
+  /// @param depth_mm  CV_16UC1 of the picture's size. Empty where a frame has none: there is no body by depth then, and
+  ///   by both colour decides alone. Not looked at where colour alone decides.
+  /// @param time_s    seconds, increasing.
+  [[nodiscard]] MaskResult process(const cv::Mat& picture, const cv::Mat& depth_mm, double time_s);
+
+  [[nodiscard]] bool uses_depth() const { return depth_.has_value(); }
+
+ private:
+  [[nodiscard]] MaskResult finished(cv::Mat mask, const DepthMask& depth) const;
+
+  std::optional<BodyMasker> colour_;
+  std::optional<DepthMasker> depth_;
+  MaskOptions options_;
+};
+
+}  // namespace choreo::vision

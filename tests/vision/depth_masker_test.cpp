@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which pixels of a depth picture are body: holes, the projector's shadow, unknown rooms, planes, and rooms that
+// change.
+#include "vision/depth_masker.hpp"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include "support/frames.hpp"
+
+namespace choreo::vision {
+namespace {
+
+using test::error_of;
+using test::same_pixels;
+
+const cv::Size kSize{80, 60};
+const cv::Rect kBody{30, 15, 20, 30};
+
+cv::Mat room(int z = 3000) { return {kSize, CV_16UC1, cv::Scalar(z)}; }
+
+cv::Mat with_body(int z = 2000, const cv::Mat& before = room()) {
+  cv::Mat depth = before.clone();
+  depth(kBody) = z;
+  return depth;
+}
+
+DepthBackground known(const cv::Mat& depth, float spread_mm = 5) {
+  DepthBackground background;
+  background.depth_mm = depth.clone();
+  background.spread_mm = cv::Mat(depth.size(), CV_32FC1, cv::Scalar(spread_mm));
+  background.noise_per_mm = 5e-7;
+  return background;
+}
+
+MaskOptions mask_options() {
+  MaskOptions options;
+  options.steps = 0;
+  return options;
+}
+
+cv::Mat mask_of(const cv::Mat& depth, const cv::Mat& before = room(), const DepthOptions& options = {},
+                const MaskOptions& mask = mask_options()) {
+  DepthMasker masker(known(before), options, mask);
+  return masker.process(depth, 0).body;
+}
+
+cv::Mat filled(cv::Rect where) {
+  cv::Mat mask = cv::Mat::zeros(kSize, CV_8UC1);
+  mask(where) = 255;
+  return mask;
+}
+
+/// A rectangle whose corners the vote of 3 x 3 takes.
+cv::Mat rounded(cv::Rect where) {
+  auto mask = filled(where);
+  for (const int x : {where.x, where.br().x - 1}) {
+    for (const int y : {where.y, where.br().y - 1}) mask.at<uchar>(y, x) = 0;
+  }
+  return mask;
+}
+
+TEST(DepthMasker, BodyIsWhatIsNearerThanTheRoomByMoreThanTheMargin) {
+  EXPECT_TRUE(same_pixels(mask_of(with_body()), rounded(kBody)));
+  EXPECT_EQ(cv::countNonZero(mask_of(room())), 0);
+  // Spread 5 mm: the margin is the least one, 25 mm.
+  EXPECT_EQ(cv::countNonZero(mask_of(with_body(2975))), 0);
+  EXPECT_TRUE(same_pixels(mask_of(with_body(2974)), rounded(kBody)));
+  EXPECT_EQ(cv::countNonZero(mask_of(with_body(3500))), 0) << "what is farther is no body";
+  DepthOptions options;
+  options.threshold_mm = 400;
+  EXPECT_EQ(cv::countNonZero(mask_of(with_body(2600), room(), options)), 0);
+  EXPECT_TRUE(same_pixels(mask_of(with_body(2599), room(), options), rounded(kBody)));
+}
+
+TEST(DepthMasker, WhereReadingsSpreadMoreABodyMustStandOutMore) {
+  DepthMasker masker(known(room(), 50), {}, mask_options());
+  EXPECT_EQ(cv::countNonZero(masker.process(with_body(2801), 0).body), 0) << "four times 50 mm";
+  EXPECT_TRUE(same_pixels(masker.process(with_body(2799), 1).body, rounded(kBody)));
+}
+
+TEST(DepthMasker, TheSameSceneFartherAwayGivesTheSameMask) {
+  for (const int farther : {0, 500, 3000}) {
+    EXPECT_TRUE(
+        same_pixels(mask_of(with_body(2000 + farther, room(3000 + farther)), room(3000 + farther)), rounded(kBody)));
+  }
+}
+
+TEST(DepthMasker, AMirroredPictureGivesTheMirroredMask) {
+  auto depth = with_body();
+  depth(cv::Rect(25, 15, 5, 30)) = 0;
+  depth(cv::Rect(35, 20, 1, 3)) = 0;
+  cv::Mat flipped, back;
+  cv::flip(depth, flipped, 1);
+  cv::flip(mask_of(flipped), back, 1);
+  EXPECT_TRUE(same_pixels(back, mask_of(depth)));
+}
+
+TEST(DepthMasker, TheShadowBesideABodyIsNoBodyOnEitherSide) {
+  for (const cv::Rect shadow : {cv::Rect(24, 15, 6, 30), cv::Rect(50, 15, 6, 30), cv::Rect(29, 15, 1, 30)}) {
+    auto depth = with_body();
+    depth(shadow) = 0;
+    EXPECT_TRUE(same_pixels(mask_of(depth), rounded(kBody))) << shadow;
+  }
+}
+
+TEST(DepthMasker, ReadingsThatDropOutOfABodyAreFilledAndOfTheRoomTheyAreNothing) {
+  auto depth = with_body();
+  depth.at<ushort>(25, 40) = 0;
+  depth(cv::Rect(33, 30, 2, 1)) = 0;
+  depth.at<ushort>(25, kBody.x) = 0;  // On its edge.
+  depth.at<ushort>(5, 5) = 0;
+  EXPECT_TRUE(same_pixels(mask_of(depth), rounded(kBody)));
+}
+
+TEST(DepthMasker, ASmallHoleInABodyIsBodyAndALargeOneIsSeenThrough) {
+  // 4800 pixels: a thousandth is 4.
+  auto small = with_body();
+  small(cv::Rect(38, 28, 2, 2)) = 0;
+  EXPECT_TRUE(same_pixels(mask_of(small), rounded(kBody)));
+  auto large = with_body();
+  large(cv::Rect(35, 25, 8, 8)) = 0;
+  EXPECT_EQ(mask_of(large).at<uchar>(29, 39), 0);
+}
+
+TEST(DepthMasker, ASingleWrongReadingIsNoBody) {
+  auto depth = room();
+  depth.at<ushort>(10, 10) = 1000;
+  depth(cv::Rect(60, 40, 1, 9)) = 1000;
+  EXPECT_EQ(cv::countNonZero(mask_of(depth)), 0);
+}
+
+TEST(DepthMasker, BeforeAnUnknownRoomIsBodyWhatGoesOnFromKnownBody) {
+  // The right half of the room is glass: it gives no depth.
+  auto before = room();
+  before(cv::Rect(40, 0, 40, 60)) = 0;
+  EXPECT_TRUE(same_pixels(mask_of(with_body(2000, before), before), rounded(kBody)));
+  auto reflection = before.clone();
+  reflection(cv::Rect(60, 20, 10, 10)) = 2000;
+  EXPECT_EQ(cv::countNonZero(mask_of(reflection, before)), 0) << "it goes on from nothing";
+  auto behind = with_body(2000, before);
+  behind(cv::Rect(50, 15, 10, 30)) = 2900;
+  EXPECT_TRUE(same_pixels(mask_of(behind, before), rounded(kBody))) << "it touches the body, a jump behind it";
+}
+
+TEST(DepthMasker, WithAFarPlaneWhatIsNearerIsBodyBeforeAnUnknownRoomToo) {
+  DepthOptions options;
+  options.far_mm = 2500;
+  EXPECT_TRUE(same_pixels(mask_of(with_body(2000, room(0)), room(0), options), rounded(kBody)));
+  EXPECT_EQ(cv::countNonZero(mask_of(with_body(2600, room(0)), room(0), options)), 0);
+  EXPECT_EQ(cv::countNonZero(mask_of(with_body(2600), room(), options)), 0) << "nor before a known one";
+  options.near_mm = 2100;
+  EXPECT_EQ(cv::countNonZero(mask_of(with_body(2000), room(), options)), 0);
+}
+
+TEST(DepthMasker, NothingIsBodyOutsideTheRegionOfInterest) {
+  auto options = mask_options();
+  options.roi = {0, 0, 0.5, 1};
+  EXPECT_EQ(cv::countNonZero(mask_of(with_body(), room(), {}, options)(cv::Rect(40, 0, 40, 60))), 0);
+  options.roi = {};
+  options.ignore = {{0.25, 0, 1, 1}};
+  EXPECT_EQ(cv::countNonZero(mask_of(with_body(), room(), {}, options)), 0);
+}
+
+TEST(DepthMasker, DepthIsKnownWhereThereIsAReadingOrABodyAroundAHole) {
+  auto depth = with_body();
+  depth.at<ushort>(25, 40) = 0;
+  depth(cv::Rect(0, 0, 10, 60)) = 0;
+  DepthMasker masker(known(room()), {}, mask_options());
+  const auto result = masker.process(depth, 0);
+  EXPECT_EQ(cv::countNonZero(~result.known), 600);
+  EXPECT_EQ(result.known.at<uchar>(25, 40), 255);
+}
+
+TEST(DepthMasker, APictureWithoutReadingsShowsNobody) {
+  for (const int z : {0, 65535}) EXPECT_EQ(cv::countNonZero(mask_of(room(z))), 0) << z;
+  EXPECT_EQ(cv::countNonZero(mask_of(room(1), room(65535))), 0) << "everything at once is no body: the camera moved";
+}
+
+TEST(DepthMasker, WhatIsFartherThanTheRoomThreeTimesInARowIsTheRoom) {
+  // A body was taken for the room, and leaves.
+  DepthMasker masker(known(with_body()), {}, mask_options());
+  EXPECT_EQ(cv::countNonZero(masker.process(with_body(), 0).body), 0);
+  (void)masker.process(room(), 0.1);
+  (void)masker.process(room(), 0.2);
+  EXPECT_EQ(cv::countNonZero(masker.process(with_body(), 0.3).body), 0) << "twice may be an error";
+  for (int i = 0; i < 3; ++i) (void)masker.process(room(), 0.4 + 0.1 * i);
+  EXPECT_TRUE(same_pixels(masker.process(with_body(), 0.8).body, rounded(kBody)));
+}
+
+TEST(DepthMasker, AnUnknownPieceOfTheRoomIsLearnedWhereNoBodyIs) {
+  DepthMasker masker(known(room(0)), {}, mask_options());
+  for (int i = 0; i < 3; ++i) (void)masker.process(room(), 0.1 * i);
+  EXPECT_TRUE(same_pixels(masker.process(with_body(), 0.5).body, rounded(kBody)));
+}
+
+TEST(DepthMasker, SlowDriftIsFollowedOutsideTheBodyAndNotInside) {
+  auto options = mask_options();
+  options.follow_s = 10;
+  DepthMasker masker(known(room()), {}, options);
+  // A Kinect warms up: 1 mm a second, 60 in all, and the body stays 30 mm before the wall.
+  cv::Mat mask;
+  for (int s = 0; s <= 60; ++s) mask = masker.process(with_body(2970 - s, room(3000 - s)), s).body;
+  EXPECT_TRUE(same_pixels(mask, rounded(kBody)));
+  options.follow_s = 0;
+  options.sudden_percent = 100;
+  DepthMasker rigid(known(room()), {}, options);
+  EXPECT_GT(cv::countNonZero(rigid.process(room(2940), 0).body), 4700) << "who does not follow sees a body there";
+}
+
+TEST(DepthMasker, WhenMostOfTheRoomIsElsewhereTheCameraMovedAndTheRoomIsLearnedAnew) {
+  auto options = mask_options();
+  options.relearn_s = 1;
+  DepthMasker masker(known(room()), {}, options);
+  const auto moved = masker.process(room(2500), 0);
+  EXPECT_TRUE(moved.sudden);
+  EXPECT_TRUE(moved.learning);
+  EXPECT_EQ(cv::countNonZero(moved.body), 0);
+  EXPECT_TRUE(masker.process(room(2500), 0.5).learning);
+  const auto after = masker.process(room(2500), 1.0);
+  EXPECT_FALSE(after.learning);
+  EXPECT_FALSE(after.sudden);
+  EXPECT_TRUE(same_pixels(masker.process(with_body(2000, room(2500)), 1.1).body, rounded(kBody)));
+  options.sudden_percent = 100;
+  DepthMasker steadfast(known(room()), {}, options);
+  EXPECT_FALSE(steadfast.process(room(2500), 0).sudden);
+}
+
+TEST(DepthMasker, DoesNotWriteToTheRoomItWasGiven) {
+  const auto background = known(with_body());
+  DepthMasker masker(background, {}, mask_options());
+  for (int i = 0; i < 5; ++i) (void)masker.process(room(), i);
+  EXPECT_TRUE(same_pixels(background.depth_mm, with_body()));
+}
+
+TEST(DepthOptions, WhatIsOutOfRangeIsRefusedByName) {
+  const auto refused = [](auto change) {
+    DepthOptions options;
+    change(options);
+    const auto error = error_of([&] { options.validate(); });
+    return error && error->fault() == Fault::kUsage ? std::string(error->what()) + "; " + error->hint() : "";
+  };
+  EXPECT_EQ(refused([](auto&) {}), "");
+  EXPECT_NE(refused([](auto& o) { o.threshold_mm = 0; }).find("depth.threshold_mm is 0"), std::string::npos);
+  EXPECT_NE(refused([](auto& o) { o.threshold_mm = 5001; }), "");
+  EXPECT_NE(refused([](auto& o) { o.spread_factor = 0.5; }), "");
+  EXPECT_NE(refused([](auto& o) { o.least_threshold_mm = 0; }), "");
+  EXPECT_NE(refused([](auto& o) { o.near_mm = -1; }), "");
+  EXPECT_NE(refused([](auto& o) { o.far_mm = std::numeric_limits<double>::quiet_NaN(); }), "");
+  EXPECT_NE(refused([](auto& o) {
+              o.near_mm = 3000;
+              o.far_mm = 3000;
+            }).find("the far plane lies behind the near one"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace choreo::vision
