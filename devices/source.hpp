@@ -22,8 +22,9 @@ struct SourceInfo {
   /// Its later frames may be looked at before its first ones are analysed. Not where a take stands for the device it
   /// was recorded from.
   bool foreseeable = true;
-  Orientation raw_orientation;  ///< What was done to Frame::raw_colour and raw_depth to hang them upright.
-  std::string controls;         ///< What a device was set to as it was opened: "gain=3&exposure=120"; else empty.
+  Orientation raw_orientation;   ///< What was done to Frame::raw_colour and raw_depth to hang them upright.
+  bool registers_depth = false;  ///< Frame::depth is Frame::raw_depth brought onto the colour (media/kinect_depth.hpp).
+  std::string controls;          ///< What a device was set to as it was opened: "gain=3&exposure=120"; else empty.
 };
 
 /// Gives frames in order, one caller at a time.

@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "devices/fourcc.hpp"
+#include "devices/media/kinect_depth.hpp"
 #include "devices/media/raw_converter.hpp"
 #include "devices/oriented_source.hpp"
 #include "devices/take/take_file.hpp"
@@ -33,10 +34,6 @@ class TakeSource final : public Source {
     only_processed_ = only_processed;
     open_stream(Part::kColour, colour_, options.threads);
     open_stream(Part::kDepth, depth_, options.threads);
-    if (depth_ && depth_->facts().fourcc == kKinectDepth) {
-      throw usage_error(
-          fmt::format("\"{}\": the raw depth of a Kinect cannot be turned into millimetres yet", location_));
-    }
     if (colour_ && depth_ && colour_->facts().upright() != depth_->facts().upright()) {
       throw usage_error(fmt::format("\"{}\": colour and depth are of different sizes", location_));
     }
@@ -49,6 +46,7 @@ class TakeSource final : public Source {
     info_.duration = file_.declared_duration();
     info_.repeatable = file_.is_regular_file();
     info_.foreseeable = !only_processed || file_.facts().foreseeable;
+    info_.registers_depth = depth_ && depth_->facts().registered;
     info_.controls = file_.facts().controls;
     waiting_ = next(options.stop);
     if (!waiting_ && !options.stop.stop_requested()) {
@@ -135,8 +133,14 @@ class TakeSource final : public Source {
     if (packet == nullptr || !depth_) return true;
     auto raw = picture(*depth_, *packet);
     if (!raw) return false;
-    cv::Mat depth(raw->size, CV_16UC1);
-    std::memcpy(depth.data, raw->bytes.data(), raw->bytes.size());
+    cv::Mat depth;
+    if (raw->fourcc == kKinectDepth) {
+      depth = kinect_depth(raw->bytes, raw->size);
+      if (depth_->facts().registered) depth = kinect_registered(depth);
+    } else {
+      depth.create(raw->size, CV_16UC1);
+      std::memcpy(depth.data, raw->bytes.data(), raw->bytes.size());
+    }
     frame.depth = oriented(depth, depth_->facts().orientation);
     if (keep_raw_ && depth_->facts().raw) frame.raw_depth = std::move(raw);
     return true;

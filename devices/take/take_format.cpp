@@ -12,6 +12,7 @@ extern "C" {
 
 #include "core/text.hpp"
 #include "devices/fourcc.hpp"
+#include "devices/media/kinect_depth.hpp"
 
 namespace choreo::devices::take {
 namespace {
@@ -29,6 +30,7 @@ constexpr const char* kRaw = "CHOREOSCOPE_RAW";
 constexpr const char* kSize = "CHOREOSCOPE_SIZE";
 constexpr const char* kTurns = "CHOREOSCOPE_QUARTER_TURNS";
 constexpr const char* kFlip = "CHOREOSCOPE_FLIP";
+constexpr const char* kRegistered = "CHOREOSCOPE_REGISTERED";
 constexpr const char* kCodec = "CHOREOSCOPE_CODEC";
 
 template <typename Number>
@@ -150,6 +152,7 @@ Tags tags_of(const StreamFacts& facts) {
           {kSize, fmt::format("{}x{}", facts.size.width, facts.size.height)},
           {kTurns, std::to_string((o.quarter_turns + (o.flip_vertical ? 2 : 0)) % 4)},
           {kFlip, word(o.flip_horizontal != o.flip_vertical)},
+          {kRegistered, word(facts.registered)},
           {kCodec, facts.codec}};
 }
 
@@ -181,6 +184,11 @@ std::optional<StreamFacts> stream_facts(const FindTag& find) {
   facts.raw = *raw;
   facts.size = *size;
   facts.orientation = {*turns, *flip, false};
+  if (facts.fourcc == kKinectDepth) {
+    const auto registered = flag_of(find(kRegistered));
+    if (!registered || (*registered && *size != kKinectSize)) return std::nullopt;
+    facts.registered = *registered;
+  }
   facts.codec = find(kCodec).value_or("");
   return facts;
 }

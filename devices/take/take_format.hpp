@@ -83,6 +83,7 @@ struct StreamFacts {
   bool raw = false;          ///< It is what the device gave (Frame::raw_colour), not what was made of it (Frame::bgr).
   cv::Size size;             ///< Before `orientation`.
   Orientation orientation;   ///< What makes it upright.
+  bool registered = false;   ///< Of kKinectDepth: millimetres are then brought onto the colour (kinect_registered).
   std::string codec;         ///< As it was taken: "ffv1", "ffvhuff", "mjpeg".
 
   [[nodiscard]] cv::Size upright() const {

@@ -1,18 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // choreoscope record: what a device gives, into a file, as it came.
-#include <atomic>
+#include <cstdint>
 #include <exception>
 #include <memory>
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "cli/commands.hpp"
+#include "cli/device_news.hpp"
 #include "cli/drivers.hpp"
 #include "cli/take_recording.hpp"
 #include "core/text.hpp"
+#include "devices/fourcc.hpp"
+#include "devices/media/kinect_depth.hpp"
+#include "outputs/kinect_dump_writer.hpp"
 #include "pipeline/steady_clock.hpp"
 
 namespace choreo::cli {
@@ -41,10 +46,15 @@ Ctrl-C ends the recording and finishes the file.
 SOURCE is anything that can be read, so this also imports dumps and recordings.
 Everything reads a take again: analyze take.mkv, live take.mkv, record take.mkv.
 
+An output that ends in / is a folder, and gets a Kinect's dump as libfreenect's
+fakenect plays it: 640x480 pictures with depth. Depth that lies on the colour
+already is to be read back with kinect-dump:DIR?depth=raw.
+
 Examples:
   choreoscope record v4l2:///dev/video0 -o rehearsal.mkv
   choreoscope record v4l2:///dev/video0 -o short.mkv --duration 10s --force
   choreoscope record 'synthetic://walking?seed=2' -o walking.mkv --codec ffvhuff
+  choreoscope record take.mkv -o dump/
 
 Exit status: 0 done, 1 failed while recording (what came before is in
 TAKE.unfinished.mkv), 2 refused, 130 interrupted: the take is finished.)";
@@ -84,8 +94,73 @@ std::optional<Nanoseconds> duration_of(const RecordOptions& options) {
   return duration;
 }
 
+// Where the frames go.
+class Recording {
+ public:
+  virtual ~Recording() = default;
+  virtual void add(const devices::FramePtr& frame) = 0;
+  // Says what was recorded. @return how many frames.
+  virtual std::uint64_t finish(Console& console) = 0;
+};
+
+class TakeRecording final : public Recording {
+ public:
+  TakeRecording(const RecordOptions& options, const devices::SourceInfo& source, outputs::TakeOptions take)
+      : path_(options.out), writer_(options.out, source, std::move(take)) {}
+  void add(const devices::FramePtr& frame) override { writer_.add(frame); }
+  std::uint64_t finish(Console& console) override {
+    const auto report = writer_.close();
+    warn_of_gaps(report, console);
+    if (report.frames > 0) fmt::print("{}\n", take_line(path_, report));
+    return report.frames;
+  }
+
+ private:
+  std::string path_;
+  outputs::TakeWriter writer_;
+};
+
+class DumpRecording final : public Recording {
+ public:
+  explicit DumpRecording(const RecordOptions& options) : path_(options.out), writer_(options.out) {}
+  void add(const devices::FramePtr& frame) override {
+    // Dumps know no times before 0, which a take's clock may have.
+    if (!first_) first_ = frame->device_time;
+    const auto time = frame->device_time - *first_ + std::chrono::seconds(1);
+    writer_.write_colour(frame->bgr, time);
+    ++frames_;
+    if (frame->raw_depth && frame->raw_depth->fourcc == devices::kKinectDepth) {
+      writer_.write_words(frame->raw_depth->bytes, time);
+    } else if (!frame->depth.empty()) {
+      writer_.write_depth(frame->depth, time);
+    } else {
+      return;
+    }
+    ++depths_;
+  }
+  std::uint64_t finish(Console& console) override {
+    if (frames_ > 0) fmt::print("{}: {} colour and {} depth pictures\n", path_, frames_, depths_);
+    if (frames_ > 0 && depths_ == 0) console.warn("there was no depth: fakenect plays only dumps that have both");
+    return frames_;
+  }
+
+ private:
+  std::string path_;
+  outputs::KinectDumpWriter writer_;
+  std::optional<Nanoseconds> first_;
+  std::uint64_t frames_ = 0;
+  std::uint64_t depths_ = 0;
+};
+
+void require_a_kinects_size(const devices::SourceInfo& source) {
+  if (source.size == devices::kKinectSize) return;
+  throw usage_error(fmt::format("\"{}\" has pictures of {}x{}: a dump has 640x480", source.name, source.size.width,
+                                source.size.height),
+                    {}, "record it as a take: -o take.mkv");
+}
+
 // Reads until the end, a stop or the duration. @return what broke the source, if anything.
-std::exception_ptr read_all(devices::Source& source, std::optional<Nanoseconds> duration, outputs::TakeWriter& writer,
+std::exception_ptr read_all(devices::Source& source, std::optional<Nanoseconds> duration, Recording& recording,
                             Console& console, const std::stop_token& stop) {
   const auto whole = duration ? duration : source.info().duration;
   std::optional<Nanoseconds> first;
@@ -94,7 +169,7 @@ std::exception_ptr read_all(devices::Source& source, std::optional<Nanoseconds> 
       if (!first) first = frame->device_time;
       const auto time = frame->device_time - *first;
       if (duration && time >= *duration) break;
-      if (!frame->overtaken) writer.add(frame);
+      if (!frame->overtaken) recording.add(frame);
       console.progress("recording", whole ? to_seconds(time) / to_seconds(*whole) : -1.0);
     }
   } catch (const Error&) {
@@ -116,8 +191,10 @@ int record(const RecordOptions& options, Session& session) {
   devices::OpenOptions open;
   open.stop = interrupt;
   open.keep_raw = true;
+  open.every_frame = true;
+  DeviceNews news(console);
   open.on_event = [&](const devices::DeviceEvent& event) {
-    if (event.state == devices::DeviceState::kLost) console.warn("the device is lost: " + event.why);
+    news.hear(devices::without_password(options.source), event);
   };
   std::unique_ptr<devices::Source> source;
   try {
@@ -130,7 +207,13 @@ int record(const RecordOptions& options, Session& session) {
   const bool repeatable = source->info().repeatable;
   take.full = repeatable ? outputs::FullQueue::kWait : outputs::FullQueue::kLeaveOut;
   take.on_trouble = [&](const std::string&) { ended.request_stop(); };
-  outputs::TakeWriter writer(options.out, source->info(), take);
+  std::unique_ptr<Recording> recording;
+  if (options.out.ends_with('/')) {
+    require_a_kinects_size(source->info());
+    recording = std::make_unique<DumpRecording>(options);
+  } else {
+    recording = std::make_unique<TakeRecording>(options, source->info(), std::move(take));
+  }
   // A device that is lost gives no frame by whose time one could see that the duration is over.
   std::jthread timer;
   if (duration && !repeatable) {
@@ -138,19 +221,17 @@ int record(const RecordOptions& options, Session& session) {
       if (pipeline::sleep_until(until, stop)) ended.request_stop();
     });
   }
-  const auto problem = read_all(*source, duration, writer, console, ended.get_token());
+  const auto problem = read_all(*source, duration, *recording, console, ended.get_token());
   console.finish_progress();
-  const auto report = writer.close();
+  const auto frames = recording->finish(console);
   for (const auto& warning : source->warnings()) console.warn(warning);
-  warn_of_gaps(report, console);
-  if (report.frames > 0) fmt::print("{}\n", take_line(options.out, report));
   if (problem) std::rethrow_exception(problem);
-  if (report.frames == 0) {
+  if (frames == 0) {
     if (interrupt.stop_requested()) throw Interrupted{};
     throw failure(fmt::format("\"{}\" gave no frame to record", source->info().name));
   }
   if (!interrupt.stop_requested()) return kDone;
-  console.warn("interrupted: the take is finished");
+  console.warn("interrupted: the recording is finished");
   return kInterrupted;
 }
 
@@ -161,7 +242,9 @@ void declare_record(CLI::App& app, Command& chosen) {
   auto* command = app.add_subcommand("record", "record what a device gives, as it came");
   command->add_option("SOURCE", options->source, "as of analyze: a device, a recording, synthetic://SCRIPT")
       ->required();
-  command->add_option("-o,--out", options->out, "the take to write, in .mkv")->required()->type_name("TAKE");
+  command->add_option("-o,--out", options->out, "the take to write, in .mkv; DIR/ for a Kinect's dump")
+      ->required()
+      ->type_name("TAKE");
   command->add_option("--streams", options->streams, "colour, depth or both (default colour,depth)")->type_name("WHAT");
   command->add_option("--codec", options->codec, "auto, ffv1 or ffvhuff; see below (default auto)")->type_name("CODEC");
   command->add_option("--duration", options->duration, "end after so long: 10s, 2min (default: at the source's end)")

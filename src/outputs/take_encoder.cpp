@@ -51,15 +51,15 @@ TakePicture picture_of(const devices::Frame& frame, Part part) {
   return frame.raw_depth ? picture_of(*frame.raw_depth) : picture_of(frame.depth, devices::kZ16);
 }
 
-TakeEncoder::TakeEncoder(Part part, const TakePicture& picture, const devices::Orientation& orientation,
-                         TakeCodec codec, double fps)
-    : fps_(fps), packet_(av_packet_alloc()) {
+TakeEncoder::TakeEncoder(Part part, const TakePicture& picture, const devices::SourceInfo& source, TakeCodec codec)
+    : fps_(source.nominal_fps), packet_(av_packet_alloc()) {
   if (!packet_) throw std::bad_alloc();
   facts_.part = part;
   facts_.fourcc = picture.layout.fourcc;
   facts_.raw = picture.raw;
   facts_.size = picture.layout.size;
-  if (picture.raw) facts_.orientation = orientation;
+  if (picture.raw) facts_.orientation = source.raw_orientation;
+  facts_.registered = facts_.fourcc == devices::kKinectDepth && source.registers_depth;
   if (facts_.fourcc == devices::kMjpg) {
     facts_.codec = "mjpeg";
   } else {

@@ -8,6 +8,7 @@
 #include "devices/frame.hpp"
 #include "devices/media/libav.hpp"
 #include "devices/media/raw_converter.hpp"
+#include "devices/source.hpp"
 #include "devices/take/take_format.hpp"
 
 namespace choreo::outputs {
@@ -37,11 +38,10 @@ struct TakePicture {
 class TakeEncoder {
  public:
   /// @param picture  of the first frame; all others are of its layout.
+  /// @param source   whose frame it is.
   /// @param codec    not kAuto. MJPG is stored as it is, whatever is said here.
-  /// @param fps      declared rate, 0 where none is.
   /// @throws Error (failure) where FFmpeg lacks the codec.
-  TakeEncoder(devices::take::Part part, const TakePicture& picture, const devices::Orientation& orientation,
-              TakeCodec codec, double fps);
+  TakeEncoder(devices::take::Part part, const TakePicture& picture, const devices::SourceInfo& source, TakeCodec codec);
 
   [[nodiscard]] const devices::take::StreamFacts& facts() const { return facts_; }
   void describe(AVCodecParameters& parameters) const;

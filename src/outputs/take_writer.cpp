@@ -172,8 +172,7 @@ TakeCodec TakeWriter::measured(const Frame& frame) const {
   for (const auto part : {Part::kColour, Part::kDepth}) {
     const auto picture = picture_of(frame, part);
     if (picture.bytes == nullptr || !(part == Part::kColour ? options_.colour : options_.depth)) continue;
-    trials.emplace_back(picture, std::make_unique<TakeEncoder>(part, picture, devices::Orientation{}, TakeCodec::kFfv1,
-                                                               source_.nominal_fps));
+    trials.emplace_back(picture, std::make_unique<TakeEncoder>(part, picture, source_, TakeCodec::kFfv1));
   }
   for (int k = 0; k < 3; ++k) {
     const auto start = std::chrono::steady_clock::now();
@@ -190,8 +189,7 @@ void TakeWriter::begin(const Frame& frame) {
   for (const auto part : {Part::kColour, Part::kDepth}) {
     const auto picture = picture_of(frame, part);
     if (picture.bytes == nullptr || !(part == Part::kColour ? options_.colour : options_.depth)) continue;
-    encoders_.push_back(
-        std::make_unique<TakeEncoder>(part, picture, source_.raw_orientation, codec, source_.nominal_fps));
+    encoders_.push_back(std::make_unique<TakeEncoder>(part, picture, source_, codec));
     codecs += fmt::format("{}{} {}", codecs.empty() ? "" : ", ", devices::take::name_of(part),
                           encoders_.back()->facts().codec);
   }

@@ -11,6 +11,7 @@
 #include "devices/video_file/video_file.hpp"
 #include "outputs/video_writer.hpp"
 #include "support/frames.hpp"
+#include "support/takes.hpp"
 #include "support/temp_folder.hpp"
 
 namespace choreo::devices {
@@ -52,10 +53,20 @@ ConformanceSubject kinect_dump() {
           files};
 }
 
+ConformanceSubject recorded_take() {
+  const auto files = std::make_shared<test::TempFolder>();
+  test::write_take(*files / "take.mkv", test::plain_frames(kFrames, kSize, true));
+  return {"take", take_driver(), *files / "take.mkv", *files / "take.mkv?frames=processed", {}, {}, files};
+}
+
 }  // namespace
 
 std::vector<std::pair<std::string, std::function<ConformanceSubject()>>> conformance_subjects() {
-  return {{"performer", performer}, {"folder", folder}, {"file", file}, {"kinect_dump", kinect_dump}};
+  return {{"performer", performer},
+          {"folder", folder},
+          {"file", file},
+          {"kinect_dump", kinect_dump},
+          {"take", recorded_take}};
 }
 
 }  // namespace choreo::devices

@@ -8,6 +8,8 @@
 #include <gmock/gmock.h>
 #include <opencv2/imgcodecs.hpp>
 
+#include "devices/fourcc.hpp"
+#include "devices/media/kinect_depth.hpp"
 #include "devices/oriented_source.hpp"
 #include "support/takes.hpp"
 #include "support/temp_folder.hpp"
@@ -108,6 +110,31 @@ TEST_F(Take, RawDepthComesBackAsBytesAndAsMillimetres) {
   frame->raw_depth = raw;
   expect_comes_back({frame}, whole_take(), "Z16");
   EXPECT_EQ(all_frames(*open_take(path())).front()->raw_depth, nullptr) << "nobody asked for it";
+}
+
+TEST_F(Take, TheKinectsOwnDepthComesBackAsBytesAndOntoTheColour) {
+  for (const bool registered : {false, true}) {
+    auto frame = plain_frame(4, Nanoseconds(9), devices::kKinectSize);
+    auto raw = std::make_shared<devices::RawPicture>();
+    raw->fourcc = devices::kKinectDepth;
+    raw->size = devices::kKinectSize;
+    for (int i = 0; i < raw->size.area(); ++i) {
+      const auto word = std::uint16_t(400 + (i * 7 + i / 640) % 700);
+      raw->bytes.push_back(std::uint8_t(word & 0xffU));
+      raw->bytes.push_back(std::uint8_t(word >> 8U));
+    }
+    frame->depth = devices::kinect_depth(raw->bytes);
+    if (registered) frame->depth = devices::kinect_registered(frame->depth);
+    frame->raw_depth = raw;
+    auto info = info_of(*frame);
+    info.registers_depth = registered;
+    auto options = whole_take();
+    options.force = true;
+    write_take(path(), {frame}, options, info);
+    const auto take = open_take(path(), true);
+    EXPECT_EQ(take->info().registers_depth, registered) << "a take of the take is the same";
+    EXPECT_TRUE(same_frame(*frame, *take->read({})));
+  }
 }
 
 TEST_F(Take, TimesAreExactToTheNanosecondAndGapsStay) {

@@ -90,6 +90,28 @@ TEST_F(Record, OrdinaryPlayersReadIt) {
   EXPECT_EQ(probe.err, "");
 }
 
+TEST_F(Record, ATakeBecomesADumpAndADumpATake) {
+  constexpr auto kSource = "synthetic://walking?size=640x480&fps=10&duration=1&empty=0&depth=1";
+  const auto made = record(kSource);
+  EXPECT_THAT(made.out, HasSubstr("depth ffv"));
+  const auto dumped = choreoscope({"record", take(), "-o", folder_ / "dump/"});
+  ASSERT_EQ(dumped.status, 0) << dumped.told();
+  EXPECT_THAT(dumped.out, HasSubstr("10 colour and 10 depth pictures"));
+  const auto dump = "kinect-dump:" + (folder_ / "dump");
+  const auto again = choreoscope({"record", dump + "?depth=raw", "-o", folder_ / "again.mkv"});
+  ASSERT_EQ(again.status, 0) << again.told();
+  expect_same(results_of(take(), folder_ / "a", {"--set", "segmentation=colour"}),
+              results_of(folder_ / "again.mkv", folder_ / "b", {"--set", "segmentation=colour"}));
+  expect_same(results_of(dump + "?depth=raw", folder_ / "c", {"--set", "segmentation=depth"}),
+              results_of(folder_ / "again.mkv", folder_ / "d", {"--set", "segmentation=depth"}));
+
+  const auto small = choreoscope({"record", "synthetic://walking?size=160x120&duration=1", "-o", folder_ / "small/"});
+  EXPECT_THAT(complaint_of(small, 2), HasSubstr("160x120"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "small"));
+  const auto taken = choreoscope({"record", take(), "-o", folder_ / "dump/"});
+  EXPECT_THAT(complaint_of(taken, 2), HasSubstr("dump"));
+}
+
 TEST_F(Record, TheDurationEndsIt) {
   const auto run = record("synthetic://walking?size=64x48&fps=10&duration=60", {"--duration", "1.5s"});
   EXPECT_THAT(run.out, HasSubstr("take.mkv: 15 frames"));
