@@ -20,6 +20,8 @@ constexpr std::string_view kHowToWrite =
 // What the server behind such an address does with its query is its own business.
 constexpr std::array<std::string_view, 8> kNetworkSchemes = {"http", "https", "rtsp", "rtmp",
                                                              "srt",  "udp",   "tcp",  "rtp"};
+// Of these no place means any device.
+constexpr std::array<std::string_view, 1> kAnyDevice = {"openni2"};
 constexpr std::array<std::string_view, 2> kOwnSettings = {"rotate", "flip"};
 
 bool is_scheme(std::string_view s) {
@@ -138,7 +140,8 @@ SourceUri parse_source_uri(std::string_view text, bool (*exists)(const std::stri
   const auto location = rest.substr(0, settings_begin);
   uri.location = has_scheme ? percent_decoded(location, text) : std::string(location);
   if (settings_begin != std::string_view::npos) parse_settings(uri, rest.substr(settings_begin + 1));
-  if (uri.location.empty()) {
+  const bool any_device = std::find(kAnyDevice.begin(), kAnyDevice.end(), uri.scheme) != kAnyDevice.end();
+  if (uri.location.empty() && !any_device) {
     throw usage_error(fmt::format("source \"{}\" names no place", text), {}, std::string(kHowToWrite));
   }
   return uri;

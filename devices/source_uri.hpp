@@ -15,7 +15,7 @@ namespace choreo::devices {
 struct SourceUri {
   std::string text;      ///< As the user wrote it.
   std::string scheme;    ///< Lower case; empty for a plain path.
-  std::string location;  ///< Path or address, percent-decoded where there is a scheme.
+  std::string location;  ///< Path or address, percent-decoded where there is a scheme; empty where any device will do.
   std::map<std::string, std::string, std::less<>> settings;
 };
 

@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "core/time.hpp"
+#include "devices/openni2/protocol.hpp"
 #include "devices/source_uri.hpp"
 #include "devices/synthetic/synthetic_source.hpp"
 #include "pipeline/background.hpp"
@@ -65,6 +66,14 @@ void config(std::string_view text) {
   }
 }
 
+void openni2_message(std::string_view bytes) {
+  const std::vector<std::uint8_t> sent(bytes.begin(), bytes.end());
+  try {
+    promise(devices::openni2::encode(devices::openni2::decode(sent)) == sent, "a message is written as it was read");
+  } catch (const devices::openni2::BadMessage&) {
+  }
+}
+
 void source_uri(std::string_view text) {
   using devices::parse_source_uri;
   devices::SourceUri uri;
@@ -72,7 +81,7 @@ void source_uri(std::string_view text) {
   (void)accepted([&] { (void)parse_source_uri(text, [](const std::string& path) { return path.size() % 3 == 1; }); });
   if (!accepted([&] { uri = parse_source_uri(text, [](const std::string&) { return false; }); })) return;
   promise(uri.text == text, "the source is kept as it was written");
-  promise(!uri.location.empty(), "a source is somewhere");
+  promise(!uri.location.empty() || uri.scheme == "openni2", "a source is somewhere");
   promise(uri.location.find('\0') == std::string::npos, "no NUL byte comes to the operating system");
   for (const auto& [key, value] : uri.settings) {
     promise(!key.empty(), "a setting has a name");

@@ -21,6 +21,9 @@ void source_uri(std::string_view text);
 /// As a span, a duration and a background.
 void texts(std::string_view text);
 
+/// As what OpenNI2's helper says: what is accepted is written again as the same bytes.
+void openni2_message(std::string_view bytes);
+
 struct Entry {
   std::string name;  ///< Also of its folder below tests/corpus.
   void (*run)(std::string_view);
@@ -29,7 +32,7 @@ struct Entry {
 };
 
 [[nodiscard]] inline std::vector<Entry> entries() {
-  return {{"config", config}, {"source_uri", source_uri}, {"texts", texts}};
+  return {{"config", config}, {"openni2_message", openni2_message}, {"source_uri", source_uri}, {"texts", texts}};
 }
 
 }  // namespace choreo::fuzz
