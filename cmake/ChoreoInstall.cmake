@@ -3,6 +3,9 @@
 include(CMakePackageConfigHelpers)
 
 install(TARGETS choreoscope RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+if(CHOREO_HAS_OPENNI2)
+  install(TARGETS choreoscope-openni2 RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR})
+endif()
 install(DIRECTORY config/presets DESTINATION ${CMAKE_INSTALL_DATADIR}/choreoscope)
 install(FILES LICENSE README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 

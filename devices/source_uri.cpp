@@ -38,7 +38,7 @@ std::string in_lower_case(std::string_view text) {
 }
 
 // Of these, no place means the first device there is.
-constexpr std::array<std::string_view, 1> kFirstOfSchemes = {"freenect"};
+constexpr std::array<std::string_view, 2> kFirstOfSchemes = {"freenect", "openni2"};
 
 bool may_name_no_place(std::string_view scheme) {
   return std::find(kFirstOfSchemes.begin(), kFirstOfSchemes.end(), scheme) != kFirstOfSchemes.end();

@@ -15,7 +15,7 @@ namespace choreo::devices {
 struct SourceUri {
   std::string text;    ///< As the user wrote it, of an address `without_password`: it stands in messages and files.
   std::string scheme;  ///< Lower case; empty for a plain path.
-  /// Path or address, percent-decoded where there is a scheme; empty only for freenect://, the first there is.
+  /// Path or address, percent-decoded where there is a scheme; empty only for freenect:// and openni2://, any device.
   std::string location;
   std::map<std::string, std::string, std::less<>> settings;
 };

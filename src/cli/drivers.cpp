@@ -7,6 +7,7 @@
 #include "devices/image_folder/image_folder.hpp"
 #include "devices/kinect_dump/kinect_dump.hpp"
 #include "devices/network/network_driver.hpp"
+#include "devices/openni2/openni2_driver.hpp"
 #include "devices/synthetic/synthetic_source.hpp"
 #include "devices/take/take_driver.hpp"
 #include "devices/v4l2/v4l2_driver.hpp"
@@ -29,6 +30,12 @@ devices::Registry all_drivers(const Clock& clock) {
                                       "install libfreenect-dev and build again"));
 #endif
   registry.add(devices::network_driver(clock, devices::open_remote_recording));
+#if CHOREO_HAS_OPENNI2
+  registry.add(devices::openni2_driver(clock));
+#else
+  registry.add(devices::absent_driver("openni2", "a depth camera or an .oni recording of OpenNI2",
+                                      "apt-get install libopenni2-dev, and build anew"));
+#endif
   return registry;
 }
 

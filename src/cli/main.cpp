@@ -134,9 +134,9 @@ int run_program(int argc, char** argv, Session& session) {
     console.error(failure("not enough memory", {}, "lower working.rows, or take fewer frames with --every or --span"));
     return kFailed;
   } catch (const std::exception& error) {
-    // Libraries' errors that no edge restated.
+    // Libraries' errors that no edge restated; of standard output fmt says no more than "file".
     console.finish_progress();
-    console.error(failure(error.what()));
+    console.error(failure(std::ferror(stdout) != 0 ? "standard output cannot be written to" : error.what()));
     return kFailed;
   }
 }

@@ -14,6 +14,7 @@
 #include "core/text.hpp"
 #include "core/time.hpp"
 #include "devices/kinect_dump/dump_index.hpp"
+#include "devices/openni2/protocol.hpp"
 #include "devices/source_uri.hpp"
 #include "devices/synthetic/synthetic_source.hpp"
 #include "devices/take/take_format.hpp"
@@ -71,6 +72,14 @@ void config(std::string_view text) {
   }
 }
 
+void openni2_message(std::string_view bytes) {
+  const std::vector<std::uint8_t> sent(bytes.begin(), bytes.end());
+  try {
+    promise(devices::openni2::encode(devices::openni2::decode(sent)) == sent, "a message is written as it was read");
+  } catch (const devices::openni2::BadMessage&) {
+  }
+}
+
 void source_uri(std::string_view text) {
   using devices::parse_source_uri;
   devices::SourceUri uri;
@@ -80,7 +89,7 @@ void source_uri(std::string_view text) {
   promise(uri.text == text || uri.text == devices::without_password(text), "the source is kept as it was written");
   promise(devices::without_password(devices::without_password(text)) == devices::without_password(text),
           "what hides a password leaves none to hide");
-  promise(!uri.location.empty() || uri.scheme == "freenect", "a source is somewhere");
+  promise(!uri.location.empty() || uri.scheme == "freenect" || uri.scheme == "openni2", "a source is somewhere");
   promise(uri.location.find('\0') == std::string::npos, "no NUL byte comes to the operating system");
   for (const auto& [key, value] : uri.settings) {
     promise(!key.empty(), "a setting has a name");

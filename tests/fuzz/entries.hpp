@@ -26,6 +26,8 @@ void texts(std::string_view text);
 void kinect_index(std::string_view text);
 /// As the stamp of a take's block, as its marks, and as its tags, one NAME=TEXT a line.
 void take(std::string_view text);
+/// As what OpenNI2's helper says: what is accepted is written again as the same bytes.
+void openni2_message(std::string_view bytes);
 
 struct Entry {
   std::string name;  ///< Also of its folder below tests/corpus.
@@ -37,6 +39,7 @@ struct Entry {
 [[nodiscard]] inline std::vector<Entry> entries() {
   return {{"config", config},
           {"kinect_index", kinect_index},
+          {"openni2_message", openni2_message},
           {"source_uri", source_uri},
           {"take", take},
           {"texts", texts}};

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Streams from a device of OpenNI2, by way of the helper.
+#pragma once
+
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "devices/device_source.hpp"
+#include "devices/openni2/connection.hpp"
+
+namespace choreo::devices::openni2 {
+
+/// What the helper would not do, as an exception for whoever asked.
+/// @throws DeviceLost for a device that is not there; else Error (usage).
+[[noreturn]] void throw_refusal(const Refusal& refusal, const std::string& where);
+
+class Session final : public DeviceSession {
+ public:
+  /// @param patience  how long OpenNI2 may stay silent while it opens the device.
+  /// @throws DeviceLost; Error (usage).
+  Session(const Request& request, const std::string& name, bool keep_raw, const Clock& clock, Nanoseconds patience,
+          const std::stop_token& stop);
+
+  [[nodiscard]] const SourceInfo& info() const override { return info_; }
+  /// OpenNI2 counts microseconds from when it pleases.
+  [[nodiscard]] bool stamps_with_host_clock() const override { return false; }
+  /// The newest moment that is there; the numbers of older ones that waited are missing.
+  [[nodiscard]] std::optional<DeviceFrame> wait(Nanoseconds patience) override;
+  [[nodiscard]] std::vector<std::string> take_warnings() override;
+
+  /// The device that was opened.
+  [[nodiscard]] const DeviceFound& device() const { return connection_->opened().device; }
+  [[nodiscard]] pid_t helper() { return connection_->helper().process(); }
+
+ private:
+  const Clock& clock_;
+  std::string name_;
+  SourceInfo info_;
+  std::optional<Connection> connection_;
+  FrameMaker maker_;
+  std::vector<std::string> warnings_;
+};
+
+}  // namespace choreo::devices::openni2
