@@ -37,7 +37,10 @@ bool is_file(const std::string& path) {
 }
 
 bool claims(const std::string& path) {
-  return is_file(path) && (ends_as_recording(path) || openni2::is_recording(path));
+  if (ends_as_recording(path)) return is_file(path);
+  // A pipe is only looked at by whoever reads it.
+  std::error_code problem;
+  return std::filesystem::is_regular_file(path, problem) && openni2::is_recording(path);
 }
 
 void take_size(SettingReader& settings, Request& request) {
