@@ -22,9 +22,10 @@
 
 namespace choreo::test {
 
-class OpenNi2Test : public ::testing::Test {
- protected:
-  OpenNi2Test() {
+/// The real library with a camera of the tests' own, in a private folder.
+class OpenNi2Rig {
+ public:
+  OpenNi2Rig() {
     namespace fs = std::filesystem;
     // The library loads the drivers beside itself, and takes a link to it for itself.
     fs::create_symlink(fs::path(CHOREO_ONI_LIBRARIES) / "libOpenNI2.so.0", folder_ / "libOpenNI2.so.0");
@@ -38,9 +39,10 @@ class OpenNi2Test : public ::testing::Test {
     // The library leaks, and the programs here that use it are no part of choreoscope but for the helper.
     const char* options = ::getenv("ASAN_OPTIONS");
     ::setenv("ASAN_OPTIONS", (std::string(options != nullptr ? options : "") + ":detect_leaks=0").c_str(), 1);
-    registry_.add(devices::openni2_driver(clock_, std::chrono::seconds(5)));
+    registry_.add(driver());
   }
 
+  [[nodiscard]] devices::Driver driver() const { return devices::openni2_driver(clock_, std::chrono::seconds(5)); }
   [[nodiscard]] std::string drivers() const { return folder_ / "OpenNI2/Drivers"; }
   [[nodiscard]] std::string word_file() const { return folder_ / "word"; }
   /// Tells the camera what to do; see oni_test_driver.cpp. At once: it is read while it is written.
@@ -68,6 +70,8 @@ class OpenNi2Test : public ::testing::Test {
   pipeline::SteadyClock clock_;
   devices::Registry registry_;
 };
+
+class OpenNi2Test : public ::testing::Test, protected OpenNi2Rig {};
 
 /// The number of the picture that a frame shows, which must be of the pattern in every pixel.
 inline int picture_number(const cv::Mat& bgr) {
