@@ -25,6 +25,7 @@ target_compile_options(choreo_settings INTERFACE
   -ffp-contract=off
   $<$<BOOL:${CHOREO_WERROR}>:-Werror>)
 if(CHOREO_SANITIZE)
+  target_compile_definitions(choreo_settings INTERFACE CHOREO_SANITIZED)
   target_compile_options(choreo_settings INTERFACE -fsanitize=${CHOREO_SANITIZE} -fno-omit-frame-pointer)
   if(NOT CHOREO_SANITIZE STREQUAL "thread")
     target_compile_options(choreo_settings INTERFACE -fno-sanitize-recover=all)
@@ -34,7 +35,7 @@ endif()
 
 if(CHOREO_FUZZ)
   if(NOT CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
-    message(FATAL_ERROR "CHOREO_FUZZ needs clang: cmake --preset fuzz")
+    message(FATAL_ERROR "CHOREO_FUZZ needs clang: cmake --preset asan")
   endif()
   # Everything is watched, so that the fuzzers see which way their input went.
   target_compile_options(choreo_settings INTERFACE -fsanitize=fuzzer-no-link)
@@ -68,8 +69,9 @@ endif()
 
 # choreo_test(NAME [LABELS label] [TIMEOUT seconds] [LIBRARIES_FROM folder] [LIBS libs...] SOURCES ...)
 # Makes a GoogleTest program whose cases CTest runs one by one. Shared libraries that lie in LIBRARIES_FROM stand in for
-# those of the system. The label is unit unless said otherwise; those of
-# unit_threaded are what the thread sanitizer is for, and what the target threaded_tests builds.
+# those of the system. The label is unit unless said otherwise. The target unit_tests builds all of these programs, and
+# threaded_tests those of the label unit_threaded, which are what the thread sanitizer is for.
+add_custom_target(unit_tests)
 add_custom_target(threaded_tests)
 function(choreo_test name)
   cmake_parse_arguments(ARG "" "TIMEOUT;LIBRARIES_FROM" "LABELS;LIBS;SOURCES" ${ARGN})
@@ -82,10 +84,15 @@ function(choreo_test name)
   add_executable(${name} ${ARG_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
   target_link_libraries(${name} PRIVATE ${ARG_LIBS} GTest::gmock GTest::gtest_main choreo_settings)
+  if(CHOREO_SANITIZE)
+    # Compiling tests is what building with sanitizers takes longest for.
+    target_compile_options(${name} PRIVATE -O0)
+  endif()
   if(CHOREO_SANITIZE STREQUAL "thread")
     target_sources(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support/one_worker.cpp)
     target_link_libraries(${name} PRIVATE TBB::tbb OpenCVParts::core)
   endif()
+  add_dependencies(unit_tests ${name})
   if(ARG_LABELS MATCHES threaded)
     add_dependencies(threaded_tests ${name})
   endif()

@@ -21,7 +21,7 @@ using namespace choreo::devices::openni2;
 void limit_what_can_go_wrong() {
   const rlimit none{0, 0};
   ::setrlimit(RLIMIT_CORE, &none);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if !defined(CHOREO_SANITIZED)
   constexpr rlim_t kMostMemory = rlim_t{4} << 30U;
   const rlimit most{kMostMemory, kMostMemory};
   ::setrlimit(RLIMIT_AS, &most);

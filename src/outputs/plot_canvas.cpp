@@ -162,7 +162,7 @@ std::string svg_points(std::span<const Point> points) {
 std::string printable(std::string_view text) {
   gchar* valid = g_utf8_make_valid(text.data(), static_cast<gssize>(text.size()));
   std::string out;
-  for (const gchar* at = valid; *at != '\0'; at = g_utf8_next_char(at)) {
+  for (gchar* at = valid; *at != '\0'; at = g_utf8_next_char(at)) {
     const gunichar c = g_utf8_get_char(at);
     // XML 1.0 knows neither control characters nor these two.
     const bool bad = g_unichar_iscntrl(c) || c == 0xFFFE || c == 0xFFFF || c == 0x2028 || c == 0x2029;

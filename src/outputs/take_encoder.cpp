@@ -52,7 +52,7 @@ TakePicture picture_of(const devices::Frame& frame, Part part) {
 }
 
 TakeEncoder::TakeEncoder(Part part, const TakePicture& picture, const devices::SourceInfo& source, TakeCodec codec)
-    : fps_(source.nominal_fps), packet_(av_packet_alloc()) {
+    : packet_(av_packet_alloc()) {
   if (!packet_) throw std::bad_alloc();
   facts_.part = part;
   facts_.fourcc = picture.layout.fourcc;

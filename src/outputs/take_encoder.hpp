@@ -54,7 +54,6 @@ class TakeEncoder {
   void open(TakeCodec codec);
 
   devices::take::StreamFacts facts_;
-  double fps_;
   devices::Libav<AVCodecContext> encoder_;  // Null for MJPG.
   devices::Libav<AVFrame> frame_;
   devices::Libav<AVPacket> packet_;

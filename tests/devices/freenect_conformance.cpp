@@ -33,7 +33,7 @@ ConformanceSubject fakenect() {
   for (int k = 1; k < kFrames; ++k) {
     const double at = 100 + k / 30.0;
     const auto name = [&](char kind, double late, const char* ending) {
-      return fmt::format("{}-{:.6f}-{}.{}", kind, at + late, std::uint32_t((at + late) * 60e6), ending);
+      return fmt::format("{}-{:.6f}-{}.{}", kind, at + late, std::uint32_t(std::uint64_t((at + late) * 60e6)), ending);
     };
     for (const auto& [from, to] : {std::pair{colour, name('r', 0, "ppm")}, {depth, name('d', 0.004, "pgm")}}) {
       std::filesystem::create_hard_link(*dump / from, *dump / to);

@@ -12,7 +12,7 @@ namespace choreo::test {
 std::size_t allocations() { return count; }
 }  // namespace choreo::test
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if !defined(CHOREO_SANITIZED)
 void* operator new(std::size_t bytes) {
   ++count;
   if (void* memory = std::malloc(bytes > 0 ? bytes : 1)) return memory;

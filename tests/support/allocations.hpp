@@ -7,7 +7,7 @@
 namespace choreo::test {
 
 /// The sanitizers watch allocations by taking `operator new` themselves.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if defined(CHOREO_SANITIZED)
 inline constexpr bool kAllocationsAreCounted = false;
 #else
 inline constexpr bool kAllocationsAreCounted = true;
