@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A driver for OpenNI2 whose camera is made up: oni_pattern.hpp at 30 pictures a second. It reads, while it runs, a
-// word from the file that CHOREO_TEST_ONI names: "gone" (unplugged), "silent", "crash", "colour" (it has no depth),
-// "depth" (it has no colour), "plain" (it can neither register nor tell its serial number).
+// A driver for OpenNI2 whose camera is made up: 30 pictures a second of oni_pattern.hpp, or of the file that
+// CHOREO_TEST_ONI_SCENE names (oni_scene.hpp), round and round. It reads, while it runs, a word from the file that
+// CHOREO_TEST_ONI names: "gone" (unplugged), "silent", "crash", "colour" (it has no depth), "depth" (it has no colour),
+// "plain" (it can neither register nor tell its serial number).
 #include <unistd.h>
 
 #include <atomic>
@@ -18,7 +19,7 @@
 #define XN_DELETE(p) delete (p)
 #include <Driver/OniDriverAPI.h>
 
-#include "support/oni_pattern.hpp"
+#include "support/oni_scene.hpp"
 
 namespace {
 
@@ -31,12 +32,17 @@ std::string word() {
   return text;
 }
 
-OniVideoMode mode_of(OniSensorType type) {
-  return {type == ONI_SENSOR_DEPTH ? ONI_PIXEL_FORMAT_DEPTH_1_MM : ONI_PIXEL_FORMAT_RGB888, kOniWidth, kOniHeight,
-          kOniFps};
+const OniScene& scene() {
+  static const OniScene scene(std::getenv("CHOREO_TEST_ONI_SCENE"));
+  return scene;
 }
 
-int stride_of(OniSensorType type) { return kOniWidth * (type == ONI_SENSOR_DEPTH ? 2 : 3); }
+OniVideoMode mode_of(OniSensorType type) {
+  return {type == ONI_SENSOR_DEPTH ? ONI_PIXEL_FORMAT_DEPTH_1_MM : ONI_PIXEL_FORMAT_RGB888, scene().width(),
+          scene().height(), kOniFps};
+}
+
+int stride_of(OniSensorType type) { return scene().width() * (type == ONI_SENSOR_DEPTH ? 2 : 3); }
 
 template <typename T>
 OniStatus give(const T& value, void* data, int* size) {
@@ -88,20 +94,16 @@ class Stream final : public oni::driver::StreamBase {
     frame->timestamp =
         kOniFirstUs + kOniStepUs * static_cast<std::uint64_t>(k) + (type_ == ONI_SENSOR_DEPTH ? kOniDepthLateUs : 0);
     frame->videoMode = mode_of(type_);
-    frame->width = kOniWidth;
-    frame->height = kOniHeight;
+    frame->width = scene().width();
+    frame->height = scene().height();
     frame->stride = stride_of(type_);
     frame->croppingEnabled = 0;
     frame->cropOriginX = frame->cropOriginY = 0;
-    frame->dataSize = frame->stride * kOniHeight;
-    for (int y = 0; y < kOniHeight; ++y) {
-      for (int x = 0; x < kOniWidth; ++x) {
-        if (type_ == ONI_SENSOR_DEPTH) {
-          static_cast<std::uint16_t*>(frame->data)[y * kOniWidth + x] = oni_depth(k, x, y);
-        } else {
-          static_cast<OniRgb*>(frame->data)[y * kOniWidth + x] = oni_colour(k, x, y);
-        }
-      }
+    frame->dataSize = frame->stride * frame->height;
+    if (type_ == ONI_SENSOR_DEPTH) {
+      scene().film(k, static_cast<std::uint16_t*>(frame->data));
+    } else {
+      scene().film(k, static_cast<OniRgb*>(frame->data));
     }
     raiseNewFrame(frame);
     getServices().releaseFrame(frame);
