@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <sstream>
 #include <system_error>
 #include <vector>
@@ -189,6 +190,38 @@ std::string Config::show() const {
     out += fmt::format("# {}\n# {}\n", field.help, field.range);
     const auto name = dot == std::string::npos ? field.key : field.key.substr(dot + 1);
     out += fmt::format("{} = {}  # {}\n", name, field.print(options_), one_line(origin(field.key)));
+  }
+  return out;
+}
+
+std::string Config::values() const {
+  std::string out;
+  for (const auto& field : schema()) out += fmt::format("{} = {}\n", field.key, field.print(options_));
+  return out;
+}
+
+namespace {
+
+std::map<std::string, std::string> values_by_key(std::string_view lines) {
+  std::map<std::string, std::string> values;
+  while (!lines.empty()) {
+    const auto line = lines.substr(0, lines.find('\n'));
+    lines.remove_prefix(std::min(lines.size(), line.size() + 1));
+    const auto sign = line.find(" = ");
+    if (sign != std::string_view::npos) values.emplace(line.substr(0, sign), line.substr(sign + 3));
+  }
+  return values;
+}
+
+}  // namespace
+
+std::string differing(std::string_view was, std::string_view is) {
+  const auto before = values_by_key(was);
+  std::string out;
+  for (const auto& [key, value] : values_by_key(is)) {
+    const auto old = before.find(key);
+    if (old == before.end() || old->second == value || key.starts_with("plot.")) continue;
+    out += fmt::format("{}{} was {} and is {}", out.empty() ? "" : ", ", key, one_line(old->second), value);
   }
   return out;
 }

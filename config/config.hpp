@@ -38,9 +38,17 @@ class Config {
   /// Every setting as commented TOML with its origin; reads back as the same configuration.
   [[nodiscard]] std::string show() const;
 
+  /// The same bare: "mask.threshold = 18" and a line end for every setting.
+  [[nodiscard]] std::string values() const;
+
  private:
   Options options_;
   std::map<std::string, std::string> origins_;
 };
+
+/// How the settings that decide on results differ, those of plots and windows aside.
+/// @param was, is  as of `Config::values`, perhaps of another version: what only one of them has is left alone.
+/// @return "mask.threshold was 18 and is 20, mask.steps was 1 and is 2"; empty where they are the same.
+[[nodiscard]] std::string differing(std::string_view was, std::string_view is);
 
 }  // namespace choreo::config

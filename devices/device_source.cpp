@@ -29,6 +29,7 @@ DeviceSource::DeviceSource(std::string name, OpenSession open, const Clock& cloc
   }
   info_ = session_->info();
   info_.name = name_;
+  info_.live = true;
   info_.repeatable = false;
 }
 

@@ -18,13 +18,16 @@ struct SourceInfo {
   cv::Size size;                        ///< Of every frame as delivered, in pixels.
   double nominal_fps = 0;               ///< Declared rate in Hz; 0 where none is declared. Times never rest on it.
   std::optional<Nanoseconds> duration;  ///< Declared length; files lie about it.
+  bool live = false;                    ///< A device: what nobody takes in time is gone.
   bool repeatable = true;               ///< Opening the same SOURCE again gives the same frames (a file, not a pipe).
   /// Its later frames may be looked at before its first ones are analysed. Not where a take stands for the device it
   /// was recorded from.
   bool foreseeable = true;
+  bool depth = false;            ///< Its frames have Frame::depth, all but a few.
   Orientation raw_orientation;   ///< What was done to Frame::raw_colour and raw_depth to hang them upright.
   bool registers_depth = false;  ///< Frame::depth is Frame::raw_depth brought onto the colour (media/kinect_depth.hpp).
   std::string controls;          ///< What a device was set to as it was opened: "gain=3&exposure=120"; else empty.
+  std::string settings;          ///< Of the run that recorded a take, where it stands for that run; else empty.
 };
 
 /// Gives frames in order, one caller at a time.

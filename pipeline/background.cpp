@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <deque>
+#include <exception>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -37,6 +39,29 @@ class ResumedSource final : public devices::Source {
  private:
   std::deque<devices::FramePtr> read_;
   std::unique_ptr<devices::Source> rest_;
+};
+
+// Goes on reading while somebody computes: a device does not wait, and a recording of it is to have no hole.
+class ReadingOn {
+ public:
+  /// @param frames  gets what is read, until this is destroyed.
+  ReadingOn(devices::Source& source, std::deque<devices::FramePtr>& frames)
+      : thread_([&source, &frames](const std::stop_token& stop) {
+          constexpr std::size_t kMostBytes = std::size_t{512} << 20U;
+          try {
+            for (std::size_t bytes = 0; bytes < kMostBytes;) {
+              auto frame = source.read(stop);
+              if (!frame) return;
+              bytes += frame->bgr.total() * frame->bgr.elemSize();
+              frames.push_back(std::move(frame));
+            }
+          } catch (const std::exception&) {
+            // Whoever reads next meets it again, or the end.
+          }
+        }) {}
+
+ private:
+  std::jthread thread_;
 };
 
 [[noreturn]] void refuse_empty(const devices::Source& source) {
@@ -86,8 +111,8 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
   const bool given = spec.kind == BackgroundSpec::Kind::kPlate;
   const bool with_colour = segmentation != vision::Segmentation::kDepth;
   const bool with_depth = segmentation != vision::Segmentation::kColour;
-  const bool whole = (spec.kind == BackgroundSpec::Kind::kAuto || (given && with_depth)) && repeatable &&
-                     source->info().foreseeable;
+  const bool whole =
+      (spec.kind == BackgroundSpec::Kind::kAuto || (given && with_depth)) && repeatable && source->info().foreseeable;
   const auto least_time = spec.kind == BackgroundSpec::Kind::kFirst ? spec.first : kFirstOfUnrepeatable;
 
   if (given && plate.size() != frame_size) {
@@ -130,6 +155,8 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
     }
   }
   if (stop.stop_requested()) return std::nullopt;
+  std::optional<ReadingOn> reading_on;
+  if (source->info().live) reading_on.emplace(*source, kept);
   const auto& pictures = sampler.kept();
   if (learned.frames_read == 0) refuse_empty(*source);
   if (with_depth) {
@@ -149,6 +176,7 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
     learned.estimate.provisional = !whole;
     learned.pictures = pictures.size();
   }
+  reading_on.reset();
   if (stop.stop_requested()) return std::nullopt;
   if (repeatable) {
     source.reset();

@@ -261,6 +261,7 @@ Session::Session(const Wish& wish, const Clock& clock) : wish_(wish) {
   const auto depth_bytes = wish.depth == DepthView::kOff ? 0 : pixels * 2;
   info_.size = kKinectSize;
   info_.nominal_fps = kKinectFps;
+  info_.depth = wish.depth != DepthView::kOff;
   info_.registers_depth = wish.depth == DepthView::kRegistered;
   colour_.bytes.resize(colour_bytes);
   depth_.bytes.resize(depth_bytes);

@@ -134,6 +134,7 @@ class KinectDump final : public Source {
     info_.name = text;
     info_.size = kKinectSize;
     info_.nominal_fps = kKinectFps;
+    info_.depth = view_ != DepthView::kOff && !index_.depth.empty();
     info_.registers_depth = view_ == DepthView::kRegistered;
     info_.duration = index_.colour[frames_.back().first].time - index_.colour[frames_.front().first].time +
                      from_seconds(1.0 / kKinectFps);

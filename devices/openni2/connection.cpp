@@ -43,6 +43,11 @@ Message Connection::message_within(Nanoseconds patience, const std::stop_token& 
   throw HelperGone(fmt::format("OpenNI2 hangs: nothing was heard for {:.1f} s", to_seconds(patience)));
 }
 
+bool Connection::has_depth() const {
+  return std::any_of(opened_.streams.begin(), opened_.streams.end(),
+                     [](const Mode& mode) { return mode.sensor == Sensor::kDepth; });
+}
+
 const Mode& Connection::leader() const {
   const auto& all = opened_.streams;
   const auto video =

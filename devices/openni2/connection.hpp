@@ -35,6 +35,7 @@ class Connection {
   [[nodiscard]] const Opened& opened() const { return opened_; }
   /// Of the frames: that of the video, or of depth alone.
   [[nodiscard]] const Mode& leader() const;
+  [[nodiscard]] bool has_depth() const;
 
   enum class Heard { kNothing, kSomething, kEnd };
   /// Takes one message and what it brings.

@@ -77,6 +77,7 @@ Recording::Recording(const SourceUri& uri, const Request& request, const OpenOpt
   info_.size = {static_cast<int>(leader.width), static_cast<int>(leader.height)};
   info_.nominal_fps = leader.fps;
   info_.repeatable = true;
+  info_.depth = connection_->has_depth();
   if (frames > 0 && leader.fps > 0) info_.duration = from_seconds(double(frames) / leader.fps);
   // Only decoding tells whether there is a frame.
   first_ = next(options.stop);

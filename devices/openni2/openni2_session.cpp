@@ -29,6 +29,7 @@ Session::Session(const Request& request, const std::string& name, bool keep_raw,
   const auto& leader = connection_->leader();
   info_.size = {static_cast<int>(leader.width), static_cast<int>(leader.height)};
   info_.nominal_fps = leader.fps;
+  info_.depth = connection_->has_depth();
 }
 
 std::optional<DeviceFrame> Session::wait(Nanoseconds patience) {

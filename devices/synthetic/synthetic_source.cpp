@@ -30,6 +30,7 @@ class SyntheticSource final : public Source {
     info_.name = uri.text;
     info_.size = request.settings.size;
     info_.nominal_fps = request.settings.fps;
+    info_.depth = request.settings.depth;
     info_.duration = from_seconds(performer_.frame_count() / request.settings.fps);
   }
 

@@ -46,8 +46,10 @@ class TakeSource final : public Source {
     info_.duration = file_.declared_duration();
     info_.repeatable = file_.is_regular_file();
     info_.foreseeable = !only_processed || file_.facts().foreseeable;
+    info_.depth = depth_.has_value();
     info_.registers_depth = depth_ && depth_->facts().registered;
     info_.controls = file_.facts().controls;
+    if (only_processed) info_.settings = file_.facts().settings;
     waiting_ = next(options.stop);
     if (!waiting_ && !options.stop.stop_requested()) {
       throw usage_error(fmt::format("\"{}\" holds no whole frame", location_), {},

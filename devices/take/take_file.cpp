@@ -135,16 +135,18 @@ bool TakeFile::pull() {
 
 void TakeFile::add_picture(Libav<AVPacket> packet, Part part) {
   const auto stamp = stamp_beside(*packet);
-  if (!stamp) {
+  const auto own = part == Part::kColour ? Stamp::kColour : Stamp::kDepth;
+  // Of a damaged block nothing is to be trusted, its time and number as little as its picture.
+  if (!stamp || packet->size <= 0 || stamp->checksum != checksum(*stamp, payload(*packet)) ||
+      (stamp->parts & own) == 0) {
     ++damaged_;
+    ++lost_parts_;
     return;
   }
   const auto units = packet->pts != AV_NOPTS_VALUE ? packet->pts : packet->dts;
   const auto time = libav_time(units, container_->streams[packet->stream_index]->time_base);
   last_time_ = std::max(last_time_, time.value_or(last_time_));
-  // Without it the frame stays incomplete, and is counted as that.
-  if (packet->size <= 0 || stamp->checksum != checksum(*stamp, payload(*packet))) packet.reset();
-  const auto bytes = packet ? static_cast<std::size_t>(packet->size) : 0;
+  const auto bytes = static_cast<std::size_t>(packet->size);
   const bool second = last_ && stamp->sequence == last_->sequence;
   if (second) {
     if (stamp->time != last_->time || stamp->parts != last_->parts || frames_.empty() ||
@@ -196,7 +198,12 @@ std::optional<StoredFrame> TakeFile::next(const std::stop_token& stop, bool want
       fate_ = fate_of(frame.stamp.sequence);
       processed_.erase(processed_.begin(), processed_.upper_bound(frame.stamp.sequence));
       if (frame.is_whole()) return frame;
-      ++damaged_;
+      // One picture whose other was damaged is no further damage.
+      if (lost_parts_ > 0) {
+        --lost_parts_;
+      } else {
+        ++damaged_;
+      }
       continue;
     }
     if (ended_) return std::nullopt;

@@ -97,6 +97,7 @@ class TakeFile {
   std::optional<std::uint64_t> last_marked_;
   Fate fate_ = Fate::kUnknown;
   std::uint64_t damaged_ = 0;
+  std::uint64_t lost_parts_ = 0;  // Of these, blocks whose frame is unknown.
   Nanoseconds last_time_{0};
   bool ended_ = false;
   bool lost_marks_ = false;

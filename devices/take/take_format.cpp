@@ -22,6 +22,7 @@ constexpr std::array<std::uint8_t, 4> kMagic = {'C', 'H', 'T', '1'};
 constexpr const char* kSource = "CHOREOSCOPE_SOURCE";
 constexpr const char* kProgram = "CHOREOSCOPE_PROGRAM";
 constexpr const char* kControls = "CHOREOSCOPE_CONTROLS";
+constexpr const char* kSettings = "CHOREOSCOPE_SETTINGS";
 constexpr const char* kFps = "CHOREOSCOPE_FPS";
 constexpr const char* kForeseeable = "CHOREOSCOPE_FORESEEABLE";
 constexpr const char* kPart = "CHOREOSCOPE_PART";
@@ -132,6 +133,7 @@ Tags tags_of(const FileFacts& facts) {
                {kProgram, one_line(facts.program)},
                {kSource, one_line(facts.source)}};
   if (!facts.controls.empty()) tags.emplace_back(kControls, one_line(facts.controls));
+  if (!facts.settings.empty()) tags.emplace_back(kSettings, facts.settings);
   return tags;
 }
 
@@ -140,7 +142,11 @@ std::optional<FileFacts> file_facts(const FindTag& find) {
   const double fps = parse_number(find(kFps).value_or("")).value_or(-1);
   const auto foreseeable = flag_of(find(kForeseeable));
   if (!(fps >= 0 && fps <= 1000) || !foreseeable) return std::nullopt;
-  return FileFacts{find(kSource).value_or(""), find(kProgram).value_or(""), find(kControls).value_or(""), fps,
+  return FileFacts{find(kSource).value_or(""),
+                   find(kProgram).value_or(""),
+                   find(kControls).value_or(""),
+                   find(kSettings).value_or(""),
+                   fps,
                    *foreseeable};
 }
 

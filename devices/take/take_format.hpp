@@ -69,6 +69,7 @@ struct FileFacts {
   std::string source;      ///< As the user wrote it.
   std::string program;     ///< "choreoscope 0.1.0"
   std::string controls;    ///< SourceInfo::controls
+  std::string settings;    ///< Of the run that recorded it, as TOML; empty where none did.
   double nominal_fps = 0;  ///< 0 to 1000, exact.
   bool foreseeable = true;
 };

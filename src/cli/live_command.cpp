@@ -52,6 +52,8 @@ nothing else is said (--set, --config, --background).
   --pace replay  at its own time at the earliest, and no frame is lost
   --pace max     as fast as it goes, and no frame is lost
 
+A device has a pace of its own: of one the newest frame always wins.
+
 Keys in the window: q or Esc ends, f full screen, + and - change the span of
 time, l prints the latencies. So does the signal SIGUSR1, window or not:
   kill -USR1 $(pidof choreoscope)
@@ -144,7 +146,8 @@ Nanoseconds history_length(const LiveOptions& options) {
 // A ring that swaps would make every frame wait for the disk, and one that is killed at the end would leave nothing.
 void require_memory(const LiveOptions& options, std::uint64_t ring) {
   // With results to write, the rows are compared from a copy that is laid out otherwise.
-  const auto bytes = options.out.empty() ? ring : 3 * ring;
+  auto bytes = options.out.empty() ? ring : 3 * ring;
+  if (!options.record.empty()) bytes += default_take_options().queue_bytes;
   const auto free = available_memory();
   if (!free || bytes <= *free / 10 * 8) return;  // The rest is for pictures and everybody else.
   throw usage_error(fmt::format("is {}, which takes {:.1f} GB of memory, and {:.1f} GB are free", options.history,
@@ -173,12 +176,23 @@ std::unique_ptr<outputs::LiveWindow> open_window(const LiveOptions& options, con
   return std::make_unique<outputs::LiveWindow>(std::move(window));
 }
 
+// A replay with other settings than those of its run has other results, and nothing else would say so.
+void tell_other_settings(const devices::SourceInfo& source, const std::string& settings, Console& console) {
+  if (source.settings.empty()) return;
+  const auto others = config::differing(source.settings, settings);
+  if (others.empty()) return;
+  console.warn(fmt::format("the run that recorded this had other settings, and so other results: {}", others));
+}
+
 // Nothing where nothing is to be recorded.
 std::unique_ptr<outputs::TakeWriter> start_recording(const LiveOptions& options, const devices::SourceInfo& source,
-                                                     Console& console) {
+                                                     const std::string& settings, Console& console) {
   if (options.record.empty()) return nullptr;
   auto take = default_take_options();
   take.marks = true;
+  take.settings = settings;
+  // What is no device waits for the disk.
+  if (!source.live) take.full = outputs::FullQueue::kWait;
   take.on_trouble = [&console](const std::string& why) {
     console.warn("the recording broke off, the run goes on: " + why);
   };
@@ -207,13 +221,21 @@ int live(const LiveOptions& options, Session& session) {
     const auto frames = expected > 0 ? expected : capacity;
     files->require_space(space_for(frames, {}), fmt::format("the matrices of {} frames", frames));
   }
-  const auto take = start_recording(options, summary.source, console);
+  const auto take = start_recording(options, summary.source, config.values(), console);
+  tell_other_settings(summary.source, config.values(), console);
   // A device gives its frames once, a recording anew after the background is learned.
   const auto record_source = [&] {
     if (take) prepared.source = std::make_unique<RecordedSource>(std::move(prepared.source), *take);
   };
   if (!summary.source.repeatable) record_source();
-  auto masker = prepared.learn();
+  auto masker = [&] {
+    try {
+      return prepared.learn();
+    } catch (const Error&) {
+      if (take) take->discard();  // There was no run.
+      throw;
+    }
+  }();
 
   similarity::MaskHistory history(summary.working_size, capacity, prepared.kernel);
   pipeline::RowCost row_cost;
@@ -268,7 +290,8 @@ int live(const LiveOptions& options, Session& session) {
   pipeline::RunnerOptions run;
   run.threads = summary.threads;
   run.queue_capacity = 2;  // A few frames in flight: each waiting one is a frame time of latency.
-  run.at_reader = pace == pipeline::Pace::kLive ? pipeline::Overflow::kDropOldest : pipeline::Overflow::kBlock;
+  run.at_reader = pace == pipeline::Pace::kLive || summary.source.live ? pipeline::Overflow::kDropOldest
+                                                                       : pipeline::Overflow::kBlock;
   run.monitor = &monitor;
   summary.run = pipeline::run(*prepared.source, prepared.selection, stages, run, clock, ended.get_token());
   std::exception_ptr recording_problem;

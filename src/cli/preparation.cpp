@@ -6,9 +6,11 @@
 #include <string>
 #include <utility>
 
+#include <fmt/format.h>
 #include <opencv2/core.hpp>
 
 #include "cli/drivers.hpp"
+#include "cli/memory.hpp"
 #include "cli/plate.hpp"
 #include "pipeline/working_size.hpp"
 
@@ -56,6 +58,7 @@ std::unique_ptr<devices::Source> Preparation::open() {
   opening.threads = options_.threads;
   opening.stop = stop;
   opening.keep_raw = keep_raw_;
+  opening.every_frame = keep_raw_;  // What is recorded lacks nothing; the pipeline drops what it cannot keep up with.
   opening.on_event = [this](const devices::DeviceEvent& event) {
     news.hear(devices::without_password(options_.source), event);
   };
@@ -67,7 +70,23 @@ std::unique_ptr<devices::Source> Preparation::open() {
   }
 }
 
+// Of what gives its frames once those of the learning time are kept, to be looked at afterwards.
+void Preparation::require_memory() const {
+  const auto& info = source->info();
+  if (info.repeatable || spec_.kind != pipeline::BackgroundSpec::Kind::kFirst) return;
+  const auto free = available_memory();
+  constexpr double kUndeclaredFps = 30;
+  const double fps = info.nominal_fps > 0 ? info.nominal_fps : kUndeclaredFps;
+  const double bytes_per_pixel = 3 + (info.depth ? 2 : 0) + (keep_raw_ ? 3 : 0);
+  const double bytes = to_seconds(spec_.first) * fps * info.size.area() * bytes_per_pixel;
+  if (!free || bytes <= double(*free) / 2) return;
+  throw usage_error(fmt::format("is {}, whose frames take {:.1f} GB of memory, and {:.1f} GB are free",
+                                settings_.background, 1e-9 * bytes, 1e-9 * double(*free)),
+                    "background.from", "a few seconds of the empty room will do: first:2s");
+}
+
 vision::Segmenter Preparation::learn() {
+  require_memory();
   const auto start = clock_.now();
   auto learned = pipeline::learn_background(
       std::move(source), spec_, plate_, settings_.working_rows, [this] { return open(); },

@@ -43,6 +43,7 @@ class Preparation {
 
  private:
   [[nodiscard]] std::unique_ptr<devices::Source> open();
+  void require_memory() const;
 
   const SourceOptions& options_;
   const config::Options& settings_;

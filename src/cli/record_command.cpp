@@ -2,6 +2,7 @@
 // choreoscope record: what a device gives, into a file, as it came.
 #include <cstdint>
 #include <exception>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -30,6 +31,7 @@ struct RecordOptions {
   std::string codec = "auto";
   std::string duration;
   bool force = false;
+  std::string only_of_takes;  // An option that was given and makes no sense for a dump.
 };
 
 constexpr auto kManual = R"(
@@ -79,6 +81,7 @@ outputs::TakeOptions take_options(const RecordOptions& options) {
     rest.remove_prefix(name.size() + 1);
   }
   take.force = options.force;
+  take.if_there = "choose another name, or replace it with --force";
   return take;
 }
 
@@ -122,14 +125,16 @@ class TakeRecording final : public Recording {
 
 class DumpRecording final : public Recording {
  public:
-  explicit DumpRecording(const RecordOptions& options) : path_(options.out), writer_(options.out) {}
+  DumpRecording(const RecordOptions& options, const devices::SourceInfo& source)
+      : path_(options.out), turned_(!source.raw_orientation.is_identity()), writer_(options.out) {}
   void add(const devices::FramePtr& frame) override {
     // Dumps know no times before 0, which a take's clock may have.
     if (!first_) first_ = frame->device_time;
     const auto time = frame->device_time - *first_ + std::chrono::seconds(1);
     writer_.write_colour(frame->bgr, time);
     ++frames_;
-    if (frame->raw_depth && frame->raw_depth->fourcc == devices::kKinectDepth) {
+    // The words are as the device gave them: of a turned source they would not lie where its colours are.
+    if (frame->raw_depth && frame->raw_depth->fourcc == devices::kKinectDepth && !turned_) {
       writer_.write_words(frame->raw_depth->bytes, time);
     } else if (!frame->depth.empty()) {
       writer_.write_depth(frame->depth, time);
@@ -146,11 +151,19 @@ class DumpRecording final : public Recording {
 
  private:
   std::string path_;
+  bool turned_;
   outputs::KinectDumpWriter writer_;
   std::optional<Nanoseconds> first_;
   std::uint64_t frames_ = 0;
   std::uint64_t depths_ = 0;
 };
+
+// What a dump cannot do, before anything is opened.
+void require_dump_options(const RecordOptions& options) {
+  if (!options.out.ends_with('/') || options.only_of_takes.empty()) return;
+  throw usage_error("is of takes alone, and \"" + options.out + "\" will be a dump", options.only_of_takes,
+                    "leave it out, or record a take: -o take.mkv");
+}
 
 void require_a_kinects_size(const devices::SourceInfo& source) {
   if (source.size == devices::kKinectSize) return;
@@ -161,12 +174,15 @@ void require_a_kinects_size(const devices::SourceInfo& source) {
 
 // Reads until the end, a stop or the duration. @return what broke the source, if anything.
 std::exception_ptr read_all(devices::Source& source, std::optional<Nanoseconds> duration, Recording& recording,
-                            Console& console, const std::stop_token& stop) {
+                            Console& console, const std::function<void()>& begins, const std::stop_token& stop) {
   const auto whole = duration ? duration : source.info().duration;
   std::optional<Nanoseconds> first;
   try {
     while (const auto frame = source.read(stop)) {
-      if (!first) first = frame->device_time;
+      if (!first) {
+        first = frame->device_time;
+        begins();
+      }
       const auto time = frame->device_time - *first;
       if (duration && time >= *duration) break;
       if (!frame->overtaken) recording.add(frame);
@@ -182,6 +198,7 @@ int record(const RecordOptions& options, Session& session) {
   auto& console = session.console;
   const pipeline::SteadyClock clock;
   auto take = take_options(options);
+  require_dump_options(options);
   const auto duration = duration_of(options);
   const auto interrupt = session.interrupt.orderly();
   std::stop_source ended;
@@ -203,25 +220,26 @@ int record(const RecordOptions& options, Session& session) {
     if (interrupt.stop_requested()) throw Interrupted{};
     throw;
   }
-  // A file waits for the encoder; a device does not.
-  const bool repeatable = source->info().repeatable;
-  take.full = repeatable ? outputs::FullQueue::kWait : outputs::FullQueue::kLeaveOut;
+  // What is no device waits for the encoder.
+  const bool live = source->info().live;
+  take.full = live ? outputs::FullQueue::kLeaveOut : outputs::FullQueue::kWait;
   take.on_trouble = [&](const std::string&) { ended.request_stop(); };
   std::unique_ptr<Recording> recording;
   if (options.out.ends_with('/')) {
     require_a_kinects_size(source->info());
-    recording = std::make_unique<DumpRecording>(options);
+    recording = std::make_unique<DumpRecording>(options, source->info());
   } else {
     recording = std::make_unique<TakeRecording>(options, source->info(), std::move(take));
   }
   // A device that is lost gives no frame by whose time one could see that the duration is over.
   std::jthread timer;
-  if (duration && !repeatable) {
+  const auto begins = [&] {
+    if (!duration || !live) return;
     timer = std::jthread([&, until = clock.now() + *duration + std::chrono::seconds(1)](const std::stop_token& stop) {
       if (pipeline::sleep_until(until, stop)) ended.request_stop();
     });
-  }
-  const auto problem = read_all(*source, duration, *recording, console, ended.get_token());
+  };
+  const auto problem = read_all(*source, duration, *recording, console, begins, ended.get_token());
   console.finish_progress();
   const auto frames = recording->finish(console);
   for (const auto& warning : source->warnings()) console.warn(warning);
@@ -245,13 +263,20 @@ void declare_record(CLI::App& app, Command& chosen) {
   command->add_option("-o,--out", options->out, "the take to write, in .mkv; DIR/ for a Kinect's dump")
       ->required()
       ->type_name("TAKE");
-  command->add_option("--streams", options->streams, "colour, depth or both (default colour,depth)")->type_name("WHAT");
-  command->add_option("--codec", options->codec, "auto, ffv1 or ffvhuff; see below (default auto)")->type_name("CODEC");
+  auto* streams = command->add_option("--streams", options->streams, "colour, depth or both (default colour,depth)")
+                      ->type_name("WHAT");
+  auto* codec = command->add_option("--codec", options->codec, "auto, ffv1 or ffvhuff; see below (default auto)")
+                    ->type_name("CODEC");
   command->add_option("--duration", options->duration, "end after so long: 10s, 2min (default: at the source's end)")
       ->type_name("T");
-  command->add_flag("--force", options->force, "replace a file of this name");
+  auto* force = command->add_flag("--force", options->force, "replace a finished take of this name");
   command->footer(kManual);
-  command->callback([options, &chosen] { chosen = [options](Session& session) { return record(*options, session); }; });
+  command->callback([options, streams, codec, force, &chosen] {
+    for (const auto* option : {streams, codec, force}) {
+      if (option->count() > 0) options->only_of_takes = option->get_name();
+    }
+    chosen = [options](Session& session) { return record(*options, session); };
+  });
 }
 
 }  // namespace choreo::cli

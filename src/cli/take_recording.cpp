@@ -29,7 +29,13 @@ void warn_of_gaps(const outputs::TakeReport& report, Console& console) {
     console.warn(fmt::format(
         "the take lacks {} frame{} that could not be written fast enough{}: record to a faster disk, or fewer pixels",
         report.left_out, report.left_out == 1 ? "" : "s",
-        report.processed_missing > 0 ? fmt::format(", {} of which the run processed", report.processed_missing) : ""));
+        report.processed_missing > 0
+            ? fmt::format(", {} of which the run processed, and will not replay as it was", report.processed_missing)
+            : ""));
+  }
+  if (report.without_depth > 0) {
+    console.warn(fmt::format("the depth of {} frames came too late to be recorded: its first was not there after 1 s",
+                             report.without_depth));
   }
   if (report.gaps > 0) {
     console.warn(fmt::format("the source itself lost {} frame{}", report.gaps, report.gaps == 1 ? "" : "s"));

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "outputs/take_container.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <new>
+#include <system_error>
 
 #include <fmt/format.h>
 
@@ -33,7 +38,15 @@ void TakeContainer::Closer::operator()(AVFormatContext* context) const {
   avformat_free_context(context);
 }
 
-TakeContainer::TakeContainer(std::string path) : path_(std::move(path)) {
+TakeContainer::TakeContainer(std::string path) : path_(std::move(path)), file_(std::fopen(path_.c_str(), "wxe")) {
+  if (!file_ && errno == EEXIST) {
+    throw usage_error(fmt::format("\"{}\" is there already", path_), {},
+                      "it is being recorded, or was cut off: rename it, or choose another name");
+  }
+  if (!file_) {
+    throw usage_error(fmt::format("\"{}\" cannot be written: {}", path_, std::generic_category().message(errno)), {},
+                      "name a file in a folder that exists and may be written to");
+  }
   devices::silence_libav();
   AVFormatContext* container = nullptr;
   if (const int code = avformat_alloc_output_context2(&container, nullptr, "matroska", nullptr); code < 0)
@@ -41,6 +54,7 @@ TakeContainer::TakeContainer(std::string path) : path_(std::move(path)) {
   container_.reset(container);
   container->flags |= AVFMT_FLAG_BITEXACT;  // Without it there are random numbers and dates in the file.
   if (const int code = avio_open(&container->pb, ("file:" + path_).c_str(), AVIO_FLAG_WRITE); code < 0) {
+    std::remove(path_.c_str());
     throw usage_error(fmt::format("\"{}\" cannot be written: {}", path_, devices::libav_error_text(code)), {},
                       "name a file in a folder that exists and may be written to");
   }
@@ -124,6 +138,12 @@ void TakeContainer::flush() {
   if (container_->pb->error < 0) give_up(container_->pb->error);
 }
 
+void TakeContainer::sync() {
+  // Some file systems cannot, such as a network's.
+  if (::fdatasync(::fileno(file_.get())) != 0 && errno != EINVAL && errno != ENOTSUP && errno != EROFS)
+    give_up(AVERROR(errno));
+}
+
 void TakeContainer::finish() {
   if (begun_) {
     if (const int code = av_write_trailer(container_.get()); code < 0) give_up(code);
@@ -132,6 +152,7 @@ void TakeContainer::finish() {
   const int written = container_->pb->error;
   const int closed = avio_closep(&container_->pb);
   if (written < 0 || closed < 0) give_up(std::min(written, closed));
+  sync();
 }
 
 }  // namespace choreo::outputs

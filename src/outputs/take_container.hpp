@@ -17,7 +17,7 @@ namespace choreo::outputs {
 /// @thread thread-bound
 class TakeContainer {
  public:
-  /// Makes the file, empty.
+  /// Makes the file, empty. What is there already is never touched: it may be all that is left of a rehearsal.
   /// @throws Error (usage) where it cannot be made.
   explicit TakeContainer(std::string path);
   ~TakeContainer();
@@ -37,18 +37,22 @@ class TakeContainer {
   /// Everything written so far is with the operating system afterwards. All of these throw Error (failure), as on a
   /// full disk; what came before stays readable.
   void flush();
-  /// Writes index and length, and closes the file.
+  /// Everything written so far is on the disk afterwards, whatever becomes of the machine.
+  void sync();
+  /// Writes index and length, and closes the file; it is on the disk then.
   void finish();
 
  private:
   struct Closer {
     void operator()(AVFormatContext* context) const;
+    void operator()(std::FILE* file) const { std::fclose(file); }
   };
 
   [[noreturn]] void give_up(int code) const;
   void append(AVPacket& packet, AVStream& stream);
 
   std::string path_;
+  std::unique_ptr<std::FILE, Closer> file_;  // FFmpeg has one of its own.
   std::unique_ptr<AVFormatContext, Closer> container_;
   std::array<AVStream*, 2> pictures_{};  // By Part.
   AVStream* marks_ = nullptr;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "outputs/take_writer.hpp"
 
+#include <fcntl.h>
 #include <pthread.h>
 
 #include <algorithm>
@@ -34,20 +35,15 @@ std::size_t bytes_of(const Frame& frame) {
          raw(frame.raw_colour) + raw(frame.raw_depth);
 }
 
-void check_name(const std::string& path, bool force) {
+void check_name(const std::string& path, bool force, const std::string& if_there) {
   if (fs::path(path).extension() != ".mkv" || fs::path(path).stem().empty()) {
     throw usage_error(fmt::format("\"{}\" does not end in .mkv", path), {}, "takes are Matroska: name it take.mkv");
   }
   std::error_code problem;
-  for (const auto& name : {path, TakeWriter::unfinished(path)}) {
-    const auto type = fs::status(name, problem).type();
-    if (type == fs::file_type::not_found || problem) continue;
-    if (type != fs::file_type::regular) throw usage_error(fmt::format("\"{}\" is no file to write to", name));
-    if (!force) {
-      throw usage_error(fmt::format("\"{}\" is there already", name), {},
-                        name == path ? "choose another name, or replace it with record --force"
-                                     : "it holds a recording that was cut off: rename it, or choose another name");
-    }
+  const auto type = fs::status(path, problem).type();
+  if (type != fs::file_type::not_found && !problem) {
+    if (type != fs::file_type::regular) throw usage_error(fmt::format("\"{}\" is no file to write to", path));
+    if (!force) throw usage_error(fmt::format("\"{}\" is there already", path), {}, if_there);
   }
   const auto folder = fs::absolute(path).parent_path();
   if (!fs::is_directory(folder, problem)) {
@@ -67,6 +63,14 @@ void require_room(const std::string& path, const devices::SourceInfo& source) {
                     {}, "make room on the disk, or record elsewhere");
 }
 
+// False, with errno, where that is impossible, or something is there that is not to be replaced.
+bool moved(const std::string& from, const std::string& to, bool replace) {
+  if (!replace && ::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return true;
+  // Not every file system knows that call's flag.
+  if (!replace && errno != EINVAL) return false;
+  return std::rename(from.c_str(), to.c_str()) == 0;
+}
+
 }  // namespace
 
 std::string TakeWriter::unfinished(const std::string& path) {
@@ -75,7 +79,7 @@ std::string TakeWriter::unfinished(const std::string& path) {
 
 TakeWriter::TakeWriter(std::string path, const devices::SourceInfo& source, TakeOptions options)
     : path_(std::move(path)), source_(source), options_(std::move(options)) {
-  check_name(path_, options_.force);
+  check_name(path_, options_.force, options_.if_there);
   require_room(path_, source_);
   container_ = std::make_unique<TakeContainer>(unfinished(path_));
   thread_ = std::thread([this] { work(); });
@@ -152,14 +156,38 @@ void TakeWriter::write_waiting() {
       }
     }
     changed_.notify_all();
-    if (frame) write(*frame);
+    if (frame) hold_or_write(frame);
+    if (!frame) write_held();
     // The marks of the first frames may be there before the file has begun; they come after one is written.
     if (container_->has_begun()) {
       container_->write(marks);
       container_->flush();
+      const auto now = std::chrono::steady_clock::now();
+      if (now - synced_ >= std::chrono::seconds(1)) {
+        container_->sync();
+        synced_ = now;
+      }
     }
     if (!frame) return;
   }
+}
+
+// A device may pair its first frames late: the header wants to know of the depth.
+void TakeWriter::hold_or_write(devices::FramePtr frame) {
+  if (!encoders_.empty()) return write(*frame);
+  held_.push_back(std::move(frame));
+  constexpr auto kLongest = std::chrono::seconds(1);
+  const bool expected = source_.depth && options_.depth;
+  if (expected && held_.back()->depth.empty() && held_.back()->device_time - held_.front()->device_time < kLongest) {
+    return;
+  }
+  write_held();
+}
+
+void TakeWriter::write_held() {
+  if (held_.empty()) return;
+  begin(*held_.back());
+  for (const auto& frame : std::exchange(held_, {})) write(*frame);
 }
 
 // Whether a frame's worth of FFV1 leaves the machine time for other things.
@@ -201,6 +229,7 @@ void TakeWriter::begin(const Frame& frame) {
   facts.source = source_.name;
   facts.program = options_.program;
   facts.controls = source_.controls;
+  facts.settings = options_.settings;
   facts.nominal_fps = std::clamp(source_.nominal_fps, 0.0, 1000.0);
   facts.foreseeable = source_.repeatable && source_.foreseeable;
   container_->begin(facts, encoders_, options_.marks);
@@ -209,7 +238,6 @@ void TakeWriter::begin(const Frame& frame) {
 }
 
 void TakeWriter::write(const Frame& frame) {
-  if (encoders_.empty()) begin(frame);
   if (last_ && (frame.device_time <= *last_ || frame.sequence <= *last_sequence_)) {
     throw failure(
         fmt::format("\"{}\": frame {} does not come after frame {}", source_.name, frame.sequence, *last_sequence_));
@@ -222,6 +250,7 @@ void TakeWriter::write(const Frame& frame) {
     if (picture_of(frame, encoder->facts().part).bytes == nullptr) continue;
     stamp.parts |= encoder->facts().part == Part::kColour ? Stamp::kColour : Stamp::kDepth;
   }
+  const bool late = options_.depth && encoders_.back()->facts().part == Part::kColour && !frame.depth.empty();
   const auto length = from_seconds(1.0 / (source_.nominal_fps > 0 ? source_.nominal_fps : kUndeclaredFps));
   for (const auto& encoder : encoders_) {
     const auto part = encoder->facts().part;
@@ -231,7 +260,8 @@ void TakeWriter::write(const Frame& frame) {
   }
   last_ = frame.device_time;
   const std::scoped_lock lock(mutex_);
-  ++report_.frames;
+  report_.frames += stamp.parts != 0 ? 1 : 0;
+  report_.without_depth += late ? 1 : 0;
   report_.length = *last_ - *first_;
   if (last_sequence_) report_.gaps += frame.sequence - *last_sequence_ - 1;
   last_sequence_ = frame.sequence;
@@ -246,6 +276,14 @@ void TakeWriter::stop() {
   if (thread_.joinable()) thread_.join();
 }
 
+void TakeWriter::discard() {
+  if (closed_) return;
+  stop();
+  closed_ = true;
+  container_.reset();
+  std::remove(unfinished(path_).c_str());
+}
+
 TakeReport TakeWriter::close() {
   if (closed_) return report_;
   stop();
@@ -257,13 +295,16 @@ TakeReport TakeWriter::close() {
   if (problem_) {
     try {
       std::rethrow_exception(problem_);
-    } catch (const Error& error) {
+    } catch (const std::exception& error) {
+      const auto* known = dynamic_cast<const Error*>(&error);
       throw failure(fmt::format("the recording broke off after {} frames: {}", report_.frames, error.what()), {},
-                    begun ? fmt::format("what came before is in \"{}\"", part) : error.hint());
+                    begun              ? fmt::format("what came before is in \"{}\"", part)
+                    : known != nullptr ? known->hint()
+                                       : std::string());
     }
   }
   if (!begun) return report_;
-  if (std::rename(part.c_str(), path_.c_str()) != 0) {
+  if (!moved(part, path_, options_.force)) {
     throw failure(
         fmt::format("\"{}\" cannot be renamed to \"{}\": {}", part, path_, std::generic_category().message(errno)));
   }

@@ -2,6 +2,7 @@
 // Records the frames of a source, as the device gave them, while somebody else works with them.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -32,11 +33,13 @@ struct TakeOptions {
   bool colour = true;  ///< Keep Frame::raw_colour, or Frame::bgr where there is none.
   bool depth = true;   ///< Likewise; where the source has depth.
   TakeCodec codec = TakeCodec::kAuto;
-  bool force = false;  ///< Replace a file of this name.
+  bool force = false;  ///< Replace a finished take of this name.
   bool marks = false;  ///< A run will say which frames it processes.
   FullQueue full = FullQueue::kLeaveOut;
   std::size_t queue_bytes = std::size_t{256} << 20U;  ///< Of frames that wait for the encoder.
   std::string program;                                ///< "choreoscope 0.1.0", for the file's tags.
+  std::string settings;                               ///< Of the run that will mark frames, likewise.
+  std::string if_there = "choose another name";       ///< The hint where a file of this name is there.
   /// Told once, from the writer's thread, where the recording breaks off.
   std::function<void(const std::string&)> on_trouble = {};
 };
@@ -45,6 +48,7 @@ struct TakeReport {
   std::uint64_t frames = 0;             ///< In the file.
   std::uint64_t left_out = 0;           ///< Because the queue was full.
   std::uint64_t processed_missing = 0;  ///< Of these, frames that the run processed.
+  std::uint64_t without_depth = 0;      ///< Frames whose depth came too late to be among the tracks.
   std::uint64_t gaps = 0;               ///< Frames that the source itself had lost, by its sequence numbers.
   Nanoseconds length{0};                ///< From the first frame to the last.
   std::uintmax_t bytes = 0;             ///< Of the file.
@@ -78,12 +82,17 @@ class TakeWriter {
   /// @throws Error (failure) where the recording broke off; what came before is in the unfinished file.
   TakeReport close();
 
+  /// Ends it, and leaves no file.
+  void discard();
+
   /// NAME.unfinished.mkv for NAME.mkv.
   [[nodiscard]] static std::string unfinished(const std::string& path);
 
  private:
   void work();
   void write_waiting();
+  void hold_or_write(devices::FramePtr frame);
+  void write_held();
   void write(const devices::Frame& frame);
   void begin(const devices::Frame& frame);
   [[nodiscard]] TakeCodec measured(const devices::Frame& frame) const;
@@ -96,9 +105,11 @@ class TakeWriter {
   // The worker's.
   std::unique_ptr<TakeContainer> container_;
   std::vector<std::unique_ptr<TakeEncoder>> encoders_;
+  std::vector<devices::FramePtr> held_;  // Until it is known which tracks there are.
   std::optional<Nanoseconds> first_;
   std::optional<Nanoseconds> last_;
   std::optional<std::uint64_t> last_sequence_;
+  std::chrono::steady_clock::time_point synced_;
 
   std::mutex mutex_;
   std::condition_variable changed_;

@@ -310,5 +310,21 @@ TEST(Presets, TheDefaultOneChangesNothing) {
   for (const auto& field : schema()) EXPECT_EQ(field.print(config.options()), field.print(Options{})) << field.key;
 }
 
+TEST(Differing, NamesWhatWasAndWhatIs) {
+  Config was, is;
+  EXPECT_EQ(differing(was.values(), is.values()), "");
+  was.set("mask.steps=2");
+  is.set("segmentation=both");
+  is.set("plot.width_px=320");
+  EXPECT_EQ(differing(was.values(), is.values()),
+            "mask.steps was 2 and is 1, segmentation was \"colour\" and is \"both\"");
+}
+
+TEST(Differing, WhatOneVersionAloneKnowsIsLeftOut) {
+  EXPECT_EQ(differing("gone = 1\nsame = 2\n", "same = 2\nnew = 3\n"), "");
+  EXPECT_EQ(differing("", "a = 1\n"), "");
+  EXPECT_EQ(differing("no line of that kind", "a = 1"), "");
+}
+
 }  // namespace
 }  // namespace choreo::config

@@ -234,6 +234,64 @@ TEST_F(Record, ARunFromASourceThatGivesItsFramesOnceIsReplayedByteForByte) {
   }
 }
 
+TEST_F(Record, ALiveRunWithDepthIsReplayedByteForByte) {
+  record("synthetic://jumping-jacks?size=320x240&fps=60&duration=4&empty=3&depth=1", {"--codec", "ffvhuff"});
+  std::filesystem::rename(take(), folder_ / "camera.mkv");
+  for (const auto* segmentation : {"depth", "both"}) {
+    SCOPED_TRACE(segmentation);
+    auto settings = kSlow;
+    settings.insert(settings.end(), {"--set", std::string("segmentation=") + segmentation});
+    std::vector<std::string> arguments{
+        "live", folder_ / "camera.mkv", "--headless", "--out", folder_ / "live", "--record", take()};
+    arguments.insert(arguments.end(), settings.begin(), settings.end());
+    expect_replay_is_the_same(choreoscope(arguments), settings);
+    std::filesystem::remove(take());
+  }
+}
+
+TEST_F(Record, AReplayWithOtherSettingsSaysSo) {
+  ASSERT_EQ(choreoscope({"live", kQuick, "--headless", "--pace", "max", "--record", take()}).status, 0);
+  const auto replayed = [&](const std::vector<std::string>& settings) {
+    std::vector<std::string> arguments{"live", take() + "?frames=processed", "--headless", "--pace", "max"};
+    arguments.insert(arguments.end(), settings.begin(), settings.end());
+    return choreoscope(arguments).err_lines("choreoscope: warning: the run that recorded this had other settings");
+  };
+  EXPECT_TRUE(replayed({}).empty());
+  EXPECT_TRUE(replayed({"--set", "plot.width_px=320"}).empty()) << "of no consequence";
+  const auto told = replayed({"--set", "mask.steps=2"});
+  ASSERT_THAT(told, SizeIs(1));
+  EXPECT_THAT(told[0], HasSubstr("mask.steps was 1 and is 2"));
+}
+
+// A pipe gives its frames once: they are in the take before the run turns out to be none.
+TEST_F(Record, ARunThatIsRefusedLeavesNoTake) {
+  const auto clip = folder_ / "clip.mkv";
+  ASSERT_EQ(choreoscope({"synth", "walking?size=160x120&duration=2", "-o", clip}).status, 0);
+  const auto pipe = folder_ / "pipe";
+  const auto run =
+      run_program("/bin/sh", {"-c", "mkfifo " + pipe + "; cat " + clip + " > " + pipe + " & exec " + CHOREO_PROGRAM +
+                                        " live " + pipe + " --headless --set segmentation=depth --record " + take()});
+  EXPECT_THAT(complaint_of(run, 2), HasSubstr("has no depth"));
+  EXPECT_FALSE(std::filesystem::exists(take()));
+  EXPECT_FALSE(std::filesystem::exists(unfinished()));
+}
+
+TEST_F(Record, ADumpOfATurnedDumpHasDepthWhereItsColoursAre) {
+  const auto dumped = [&](const std::string& source, const std::string& to) {
+    const auto run = choreoscope({"record", source, "-o", folder_ / to + "/"});
+    EXPECT_EQ(run.status, 0) << run.told();
+    return "kinect-dump:" + (folder_ / to);
+  };
+  const auto first = dumped("synthetic://walking?size=640x480&fps=10&duration=1&empty=1&depth=1", "a");
+  const auto turned = first + "?depth=raw&rotate=180&flip=horizontal";
+  const std::vector<std::string> by_depth = {"--set", "segmentation=depth", "--background", "first:1s"};
+  expect_same(results_of(turned, folder_ / "c", by_depth),
+              results_of(dumped(turned, "b") + "?depth=raw", folder_ / "d", by_depth));
+
+  const auto refused = choreoscope({"record", first, "-o", folder_ / "e/", "--codec", "ffv1"});
+  EXPECT_THAT(complaint_of(refused, 2), AllOf(HasSubstr("--codec"), HasSubstr("takes")));
+}
+
 TEST_F(Record, ALiveRunGoesOnWhereTheRecordingBreaksOffAndSaysSo) {
   RunOptions full;
   full.file_size_limit = 200'000;

@@ -15,6 +15,7 @@
 namespace choreo::test {
 namespace {
 
+using devices::FramePtr;
 using outputs::TakeCodec;
 using outputs::TakeWriter;
 using ::testing::AllOf;
@@ -101,15 +102,78 @@ TEST_F(TakeWriting, TheSameFramesGiveTheSameBytes) {
 
 TEST_F(TakeWriting, WhatIsThereIsReplacedOnlyWhereThatIsWanted) {
   std::ofstream(path()) << "precious";
-  EXPECT_THAT(refusal(path()), AllOf(HasSubstr("is there already"), HasSubstr("--force")));
+  EXPECT_THAT(refusal(path()), AllOf(HasSubstr("is there already"), HasSubstr("another name")));
   auto options = whole_take();
   options.force = true;
   write_take(path(), plain_frames(2, {16, 16}), options);
   EXPECT_THAT(all_frames(*open_take(path())), SizeIs(2));
 
-  std::ofstream(unfinished()) << "of yesterday's crash";
+  // Of yesterday's crash, and perhaps all that is left of it: not even by force.
+  std::ofstream(unfinished()) << "precious";
   std::filesystem::remove(path());
-  EXPECT_THAT(refusal(path()), AllOf(HasSubstr("unfinished.mkv"), HasSubstr("cut off")));
+  for (const bool force : {false, true}) {
+    EXPECT_THAT(refusal(path(), force), AllOf(HasSubstr("unfinished.mkv"), HasSubstr("cut off")));
+  }
+  EXPECT_EQ(std::filesystem::file_size(unfinished()), 8u);
+}
+
+TEST_F(TakeWriting, WhatAppearsWhileItIsRecordedIsNotReplaced) {
+  const auto frames = plain_frames(2, {16, 16});
+  TakeWriter writer(path(), info_of(*frames[0]), whole_take());
+  for (const auto& frame : frames) writer.add(frame);
+  std::ofstream(path()) << "precious";
+  const auto error = error_of([&] { writer.close(); });
+  ASSERT_TRUE(error);
+  EXPECT_THAT(error->what(), HasSubstr("cannot be renamed"));
+  EXPECT_EQ(std::filesystem::file_size(path()), 8u);
+  EXPECT_THAT(all_frames(*open_take(unfinished())), SizeIs(2));
+}
+
+TEST_F(TakeWriting, WhatIsDiscardedLeavesNoFile) {
+  const auto frames = plain_frames(2, {16, 16});
+  TakeWriter writer(path(), info_of(*frames[0]), whole_take());
+  for (const auto& frame : frames) writer.add(frame);
+  writer.discard();
+  EXPECT_TRUE(std::filesystem::is_empty(folder_.path()));
+}
+
+// Of a device that pairs its first pictures late.
+std::vector<FramePtr> late_depth(int count, int without) {
+  auto frames = plain_frames(without, {32, 24});
+  for (int i = without; i < count; ++i) {
+    frames.push_back(plain_frame(std::uint64_t(i), i * Nanoseconds(33'333'333), {32, 24}, true));
+  }
+  return frames;
+}
+
+TEST_F(TakeWriting, DepthThatComesWithinASecondIsRecorded) {
+  const auto frames = late_depth(40, 20);
+  auto info = info_of(*frames[0]);
+  info.depth = true;
+  const auto report = write_take(path(), frames, whole_take(), info);
+  EXPECT_EQ(report.frames, 40u);
+  EXPECT_EQ(report.without_depth, 0u);
+  const auto back = all_frames(*open_take(path()));
+  ASSERT_EQ(back.size(), frames.size());
+  for (std::size_t i = 0; i < frames.size(); ++i) EXPECT_TRUE(same_frame(*frames[i], *back[i])) << i;
+}
+
+TEST_F(TakeWriting, DepthThatComesLaterIsMissingAndCounted) {
+  const auto frames = late_depth(40, 35);
+  auto info = info_of(*frames[0]);
+  info.depth = true;
+  const auto report = write_take(path(), frames, whole_take(), info);
+  EXPECT_EQ(report.frames, 40u);
+  EXPECT_EQ(report.without_depth, 5u);
+}
+
+TEST_F(TakeWriting, TheSettingsOfTheRunAreKeptForItsReplay) {
+  auto options = whole_take();
+  options.marks = true;
+  options.settings = "mask.steps = 2\nsegmentation = \"both\"\n";
+  write_take(path(), plain_frames(2, {16, 16}), options);
+  EXPECT_EQ(open_take(path() + "?frames=processed")->info().settings, options.settings);
+  EXPECT_EQ(open_take(path())->info().settings, "") << "then it is no replay";
 }
 
 TEST_F(TakeWriting, PlacesThatCannotBeWrittenToAreRefused) {
@@ -213,6 +277,7 @@ TEST_F(TakeWriting, ASourceThatBreaksItsPromisesEndsTheRecordingWithWhatCameBefo
     const auto error = error_of([&] { write_take(path(), frames, options); });
     EXPECT_TRUE(error);
     EXPECT_THAT(all_frames(*open_take(unfinished())), SizeIs(3));
+    std::filesystem::remove(unfinished());
     return std::string(error ? error->what() : "");
   };
   const auto later = Nanoseconds(1'000'000'000);
