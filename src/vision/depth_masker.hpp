@@ -41,7 +41,13 @@ struct DepthMask {
 /// projector's shadow beside it is not. Gaps are closed (mask.steps) and holes of less than a thousandth of the picture
 /// filled.
 ///
-/// Three readings in a row beyond the room, or where nothing was known of it, are the room: a body is only nearer.
+/// Readings beyond the room, or where nothing was known of it, are the room once there are three in a row over at least
+/// 0.15 s, without a gap of more than 0.25 s (or a frame) between them: a body is only nearer. The nearer depth is
+/// remembered for a minute: a door that closes is the room again, not a body, once for three frames and 0.15 s nineteen
+/// twentieths of its surface have been within the margin of that depth and at most a tenth of what it had uncovered
+/// still showed. So whoever stands still in the doorway stays body, at the door's own depth too; and so does a curtain
+/// that is closed only in part.
+///
 /// Elsewhere the room follows slow drift outside the body (background.follow_s). The same pictures and times give the
 /// same masks, to the last bit.
 /// @thread thread-bound
@@ -54,19 +60,40 @@ class DepthMasker {
   [[nodiscard]] DepthMask process(const cv::Mat& depth_mm, double time_s);
 
  private:
+  // For how long something has been seen at each pixel.
+  class Lasting {
+   public:
+    void begin(cv::Size size);
+    // Counts a reading that shows it; whether that has lasted. A longer gap before it starts anew.
+    bool saw(cv::Point p, double time_s, double longest_gap_s);
+    void forget(cv::Point p);
+
+   private:
+    cv::Mat readings_;  // CV_8UC1, as many as are needed at most.
+    cv::Mat since_s_;   // CV_64FC1, the first of them,
+    cv::Mat last_s_;    // and the last.
+  };
+
   void begin(DepthBackground room);
   [[nodiscard]] cv::Mat standing_before(const cv::Mat& depth_mm) const;
   [[nodiscard]] double moved_percent(const cv::Mat& depth_mm) const;
-  void follow(const cv::Mat& depth_mm, const cv::Mat& body, double dt_s);
+  void follow(const cv::Mat& depth_mm, const cv::Mat& body, double time_s, double dt_s);
+  void remember(cv::Point p, double time_s);
+  void take_back(const cv::Mat& depth_mm, const cv::Mat& body, double time_s, double dt_s);
   bool relearn(const cv::Mat& depth_mm, double time_s);
 
   DepthOptions options_;
   MaskOptions mask_options_;
   DepthMargin margin_;
   DepthBackground room_;
-  cv::Mat running_mm_;  // CV_32FC1, the room's depth with what is below a millimetre.
-  cv::Mat beyond_;      // CV_8UC1, readings in a row beyond the room.
-  cv::Mat allowed_;     // See allowed_area.
+  cv::Mat running_mm_;                        // CV_32FC1, the room's depth with what is below a millimetre.
+  Lasting beyond_;                            // Readings beyond the room.
+  cv::Mat old_mm_;                            // CV_32FC1, the nearer depth that readings beyond replaced; 0: none.
+  cv::Mat old_spread_mm_;                     // CV_32FC1, its spread.
+  cv::Mat old_until_s_;                       // CV_64FC1, until when it is remembered,
+  std::optional<double> remembered_until_s_;  // and the last of these.
+  Lasting back_;                              // Pictures in which what is remembered is back.
+  cv::Mat allowed_;                           // See allowed_area.
   std::optional<double> last_time_s_;
   std::optional<double> learning_since_s_;
   std::vector<cv::Mat> learning_;

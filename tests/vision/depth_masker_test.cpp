@@ -3,6 +3,8 @@
 // change.
 #include "vision/depth_masker.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>
@@ -194,6 +196,157 @@ TEST(DepthMasker, AnUnknownPieceOfTheRoomIsLearnedWhereNoBodyIs) {
   DepthMasker masker(known(room(0)), {}, mask_options());
   for (int i = 0; i < 3; ++i) (void)masker.process(room(), 0.1 * i);
   EXPECT_TRUE(same_pixels(masker.process(with_body(), 0.5).body, rounded(kBody)));
+}
+
+/// At 30 and at 120 frames a second: how a masker goes through a scene, and what it makes of it.
+class DepthMaskerAtEachRate : public ::testing::TestWithParam<int> {
+ protected:
+  /// Shows the picture for so long, in whole thirtieths of a second; the last mask.
+  cv::Mat show(const cv::Mat& depth, double seconds) {
+    cv::Mat mask;
+    for (int i = 0, n = static_cast<int>(std::lround(seconds * GetParam())); i < n; ++i) {
+      mask = masker.process(depth, double(frame++) / GetParam()).body;
+    }
+    return mask;
+  }
+
+  DepthMasker masker{known(room()), {}, mask_options()};
+  int frame = 0;
+};
+INSTANTIATE_TEST_SUITE_P(FramesPerSecond, DepthMaskerAtEachRate, ::testing::Values(30, 120));
+
+const cv::Rect kDoor{20, 5, 40, 50};  // In a wall 3 m away, into a room of 5 m.
+
+cv::Mat open_door() {
+  auto depth = room();
+  depth(kDoor) = 5000;
+  return depth;
+}
+
+cv::Mat in_doorway(int z, cv::Rect where = kBody) {
+  auto depth = open_door();
+  depth(where) = z;
+  return depth;
+}
+
+TEST_P(DepthMaskerAtEachRate, ADoorThatOpensAndClosesIsNoBody) {
+  for (const double open_s : {0.1, 0.3, 5.0}) {
+    EXPECT_EQ(cv::countNonZero(show(open_door(), open_s)), 0) << open_s;
+    (void)show(room(), 0.2);
+    EXPECT_EQ(cv::countNonZero(show(room(), 0.1)), 0) << open_s;
+    EXPECT_TRUE(same_pixels(show(with_body(), 0.1), rounded(kBody))) << "before the closed door, " << open_s;
+    EXPECT_TRUE(same_pixels(show(with_body(2970), 5), rounded(kBody))) << "and close to it, " << open_s;
+    (void)show(room(), 0.3);
+  }
+}
+
+TEST_P(DepthMaskerAtEachRate, ADoorIsKnownAgainThoughReadingsScatterAndDropOut) {
+  cv::RNG random(1);
+  const auto show_noisy = [&](const cv::Mat& depth, double seconds) {
+    int most = 0;
+    for (int i = 0, n = static_cast<int>(std::lround(seconds * GetParam())); i < n; ++i) {
+      cv::Mat noise(kSize, CV_16SC1), dice(kSize, CV_8UC1), noisy;
+      random.fill(noise, cv::RNG::NORMAL, 0, 5);
+      random.fill(dice, cv::RNG::UNIFORM, 0, 100);
+      cv::add(depth, noise, noisy, cv::noArray(), CV_16U);
+      noisy.setTo(0, dice < 3);
+      most = std::max(most, cv::countNonZero(show(noisy, 1.0 / GetParam())));
+    }
+    return most;
+  };
+  EXPECT_EQ(show_noisy(room(), 1), 0);
+  EXPECT_EQ(show_noisy(open_door(), 1), 0);
+  EXPECT_GT(show_noisy(room(), 0.3), kDoor.area() * 0.9) << "body until it has been back for a while";
+  EXPECT_EQ(show_noisy(room(), 3), 0);
+}
+
+TEST_P(DepthMaskerAtEachRate, AGlimpseOfWhatIsBehindIsNotTheRoom) {
+  (void)show(open_door(), 0.1);
+  EXPECT_EQ(cv::countNonZero(show(room(), 0.1)), 0) << "the door was never gone";
+  (void)show(open_door(), 0.2);
+  EXPECT_TRUE(same_pixels(show(room(), 0.1), rounded(kDoor))) << "now it was";
+}
+
+TEST_P(DepthMaskerAtEachRate, ADoorThatSwingsAwayStepByStepIsKnownAgainWhereItWasAtFirst) {
+  for (int z = 3000; z < 5000; z += 200) {
+    auto depth = room();
+    depth(kDoor) = z;
+    (void)show(depth, 0.3);
+  }
+  (void)show(room(), 0.3);
+  EXPECT_EQ(cv::countNonZero(show(room(), 0.1)), 0);
+}
+
+TEST_P(DepthMaskerAtEachRate, ACurtainThatStaysOpenShowsTheRoomBehindIt) {
+  (void)show(open_door(), 70);
+  const cv::Rect beyond{30, 10, 20, 40};
+  EXPECT_TRUE(same_pixels(show(in_doorway(4000, beyond), 1), rounded(beyond)))
+      << "between the curtain and what is behind";
+  EXPECT_EQ(cv::countNonZero(show(open_door(), 1)), 0);
+  EXPECT_TRUE(same_pixels(show(room(), 5), rounded(kDoor))) << "after a minute the curtain is forgotten";
+}
+
+TEST_P(DepthMaskerAtEachRate, WhoStandsStillInTheDoorwayIsNotTakenForTheDoor) {
+  (void)show(open_door(), 1);
+  EXPECT_TRUE(same_pixels(show(in_doorway(3000), 30), rounded(kBody))) << "at the depth of the leaf";
+  const cv::Rect most{22, 5, 38, 50};  // 95 % of it, and a body's depth is not one.
+  auto depth = in_doorway(3000, most);
+  depth(cv::Rect(22, 5, 6, 50)) = 2940;
+  EXPECT_TRUE(same_pixels(show(depth, 20), rounded(most)));
+  EXPECT_TRUE(same_pixels(show(in_doorway(2940, kDoor), 5), rounded(kDoor))) << "filling it, nearer than the leaf was";
+}
+
+TEST_P(DepthMaskerAtEachRate, WhoseMarkWasTakenForTheRoomIsSeenThereAgain) {
+  // Learned as room, gone for a second, and back with an arm where it was not.
+  DepthMasker learned(known(with_body()), {}, mask_options());
+  masker = learned;
+  (void)show(with_body(), 0.5);
+  (void)show(room(), 1);
+  auto depth = with_body();
+  const cv::Rect arm{50, 20, 14, 4};
+  depth(arm) = 2000;
+  EXPECT_GE(cv::countNonZero(show(depth, 10)), kBody.area() + arm.area() - 8);
+}
+
+TEST_P(DepthMaskerAtEachRate, ADoorThatClosesBehindThePerformerLeavesThePerformerAlone) {
+  (void)show(open_door(), 1);
+  (void)show(in_doorway(2000), 1);
+  (void)show(with_body(), 0.3);
+  EXPECT_TRUE(same_pixels(show(with_body(), 5), rounded(kBody)));
+  EXPECT_EQ(cv::countNonZero(show(room(), 0.1)), 0) << "nor was a piece of the door hidden by the performer forgotten";
+}
+
+TEST_P(DepthMaskerAtEachRate, StrayReadingsBeforeAnUnknownRoomAreNoRoom) {
+  // The right half of the room is glass.
+  auto before = room();
+  const cv::Rect glass{40, 0, 40, 60};
+  before(glass) = 0;
+  masker = DepthMasker(known(before), {}, mask_options());
+  auto stray = before.clone();
+  stray(glass) = 1500;
+  for (int i = 0; i < 20; ++i) {
+    (void)show(stray, 1.0 / 30);
+    (void)show(before, 0.4);
+  }
+  EXPECT_TRUE(same_pixels(show(with_body(2000, before), 1), rounded(kBody))) << "behind the stray readings";
+  (void)show(stray, 0.3);
+  EXPECT_EQ(cv::countNonZero(show(with_body(2000, before), 0.1)(glass)), 0) << "readings that last are the room";
+}
+
+TEST_P(DepthMaskerAtEachRate, StrayReadingsBeyondTheRoomAreNoRoom) {
+  for (int i = 0; i < 20; ++i) {
+    (void)show(open_door(), 1.0 / 30);
+    (void)show(room(0), 0.4);
+  }
+  EXPECT_EQ(cv::countNonZero(show(room(), 0.1)), 0);
+}
+
+TEST_P(DepthMaskerAtEachRate, ReadingsThatDropOutNowAndThenDoNotHideWhatIsBehind) {
+  for (int i = 0; i < 5; ++i) {
+    (void)show(open_door(), 1.0 / 30);
+    (void)show(room(0), 2.0 / 30);
+  }
+  EXPECT_TRUE(same_pixels(show(in_doorway(4000), 0.1), rounded(kBody)));
 }
 
 TEST(DepthMasker, SlowDriftIsFollowedOutsideTheBodyAndNotInside) {
