@@ -19,7 +19,7 @@ DeviceSource::DeviceSource(std::string name, OpenSession open, const Clock& cloc
     : name_(std::move(name)), open_(std::move(open)), clock_(clock), options_(std::move(options)) {
   enter(DeviceState::kStarting);
   try {
-    this->open();
+    this->open(options_.stop);
   } catch (const DeviceLost& lost) {
     enter(DeviceState::kFailed, lost.what());
     throw usage_error(lost.what(), name_, "choreoscope devices lists what is there");
@@ -31,6 +31,7 @@ DeviceSource::DeviceSource(std::string name, OpenSession open, const Clock& cloc
   info_.name = name_;
   info_.live = true;
   info_.repeatable = false;
+  left_at_ = clock_.now();
 }
 
 DeviceSource::~DeviceSource() {
@@ -45,9 +46,12 @@ DeviceState DeviceSource::state() const {
 
 std::vector<std::string> DeviceSource::warnings() const {
   auto all = warnings_;
+  const bool away = state() == DeviceState::kLost;
   if (losses_ > 0) {
-    all.push_back(fmt::format("{} was lost {} time{} and taken up again as soon as it was back", name_, losses_,
-                              losses_ == 1 ? "" : "s"));
+    all.push_back(fmt::format("{} was lost {} time{} {}", name_, losses_, losses_ == 1 ? "" : "s",
+                              away ? "and is not back" : "and taken up again as soon as it was back"));
+  } else if (away) {
+    all.push_back(fmt::format("{} never gave a frame", name_));
   }
   if (const auto damaged = damaged_before_ + (session_ ? session_->damaged() : 0); damaged > 0) {
     all.push_back(fmt::format("{}: {} damaged frame{} left out", name_, damaged, damaged == 1 ? " was" : "s were"));
@@ -69,8 +73,8 @@ void DeviceSource::warn(std::string line) {
   if (std::find(warnings_.begin(), warnings_.end(), line) == warnings_.end()) warnings_.push_back(std::move(line));
 }
 
-void DeviceSource::open() {
-  session_ = open_();
+void DeviceSource::open(const std::stop_token& stop) {
+  session_ = open_(stop);
   device_clock_ = DeviceClock(session_->stamps_with_host_clock());
   last_heard_ = clock_.now();
   first_ = true;
@@ -78,17 +82,19 @@ void DeviceSource::open() {
 
 void DeviceSource::lose(const std::string& why) {
   damaged_before_ += session_->damaged();
-  session_.reset();
-  ++losses_;
+  const auto closing = std::exchange(session_, nullptr);  // Only when the loss was told: it may take seconds.
+  pause_ = first_;
+  if (state() == DeviceState::kRunning) ++losses_;
   enter(DeviceState::kLost, why);
 }
 
-bool DeviceSource::reopen() {
+bool DeviceSource::reopen(const std::stop_token& stop) {
   try {
-    open();
+    open(stop);
   } catch (const DeviceLost&) {
     return false;  // Still away.
   } catch (const Error& error) {
+    if (stop.stop_requested()) return false;
     // What is there now is another camera, or one that has lost a mode: that may mend itself, too.
     warn(error.what());
     return false;
@@ -106,12 +112,13 @@ bool DeviceSource::reopen() {
 Nanoseconds DeviceSource::longest_silence() const {
   if (first_) return options_.first_frame;
   const double fps = info_.nominal_fps > 0 ? info_.nominal_fps : 30;
-  return std::clamp(from_seconds(options_.silent_frames / fps), options_.least_silence, options_.most_silence);
+  const auto most = std::max(options_.most_silence, from_seconds(options_.least_frames / fps));
+  return std::clamp(from_seconds(options_.silent_frames / fps), options_.least_silence, most);
 }
 
 FramePtr DeviceSource::read(std::stop_token stop) {
   // Silence is the device's only while somebody listens.
-  if (left_at_) last_heard_ += clock_.now() - *left_at_;
+  last_heard_ += clock_.now() - left_at_;
   auto frame = read_next(std::move(stop));
   left_at_ = clock_.now();
   return frame;
@@ -121,9 +128,13 @@ FramePtr DeviceSource::read_next(const std::stop_token& stop) {
   std::mutex mutex;
   std::condition_variable_any never;
   while (!stop.stop_requested()) {
-    if (!session_ && !reopen()) {
-      std::unique_lock lock(mutex);
-      never.wait_for(lock, stop, options_.retry, [] { return false; });
+    if (!session_) {
+      if (std::exchange(pause_, false)) {
+        std::unique_lock lock(mutex);
+        never.wait_for(lock, stop, options_.retry, [] { return false; });
+      } else {
+        pause_ = !reopen(stop);
+      }
       continue;
     }
     std::optional<DeviceFrame> got;

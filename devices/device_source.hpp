@@ -7,6 +7,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -54,22 +55,27 @@ class DeviceSession {
 };
 
 /// Opens the device with all its settings.
-/// @throws DeviceLost where it is not there now; Error (usage) where it can never give what is asked for.
-using OpenSession = std::function<std::unique_ptr<DeviceSession>()>;
+/// @param stop  ends any wait inside.
+/// @throws DeviceLost where it is not there now, or stop is requested; Error (usage) where it can never give what is
+///   asked for.
+using OpenSession = std::function<std::unique_ptr<DeviceSession>(const std::stop_token& stop)>;
 
 struct DeviceOptions {
   OnDeviceEvent on_event;                              ///< May be empty.
+  std::stop_token stop = {};                           ///< Ends a wait in the first opening; `read` has its own.
   Nanoseconds retry = std::chrono::milliseconds(250);  ///< How long to wait between attempts to open a lost device.
   double silent_frames = 15;                           ///< A device that misses so many frames in a row is lost,
   Nanoseconds least_silence = std::chrono::milliseconds(400);  ///< but not before this,
-  Nanoseconds most_silence = std::chrono::milliseconds(900);   ///< nor after this.
+  Nanoseconds most_silence = std::chrono::milliseconds(900);   ///< nor after this,
+  double least_frames = 3;                                     ///< but never before it has missed so many.
   Nanoseconds first_frame = std::chrono::seconds(3);           ///< And so long for the first: cameras warm up.
 };
 
 /// A device as a source: its frames on the host's clock, numbered through, for as long as anybody reads.
 ///
-/// A device that vanishes, breaks or stays silent is lost: that is told at once, and it is opened anew, with its
-/// settings, as soon as it is there again. `read` returns only with a frame, or because stop was requested.
+/// A device that vanishes, breaks or stays silent is lost: that is told at once, before it is closed, and it is opened
+/// anew, with its settings, as soon as it is there again. `read` returns only with a frame, or because stop was
+/// requested.
 /// @thread thread-bound, but for `state`
 class DeviceSource final : public Source {
  public:
@@ -86,12 +92,12 @@ class DeviceSource final : public Source {
   [[nodiscard]] DeviceState state() const;
 
  private:
-  void open();
+  void open(const std::stop_token& stop);
   [[nodiscard]] FramePtr read_next(const std::stop_token& stop);
   void enter(DeviceState state, const std::string& why = {});
   void lose(const std::string& why);
   void warn(std::string line);
-  [[nodiscard]] bool reopen();
+  [[nodiscard]] bool reopen(const std::stop_token& stop);
   [[nodiscard]] Nanoseconds longest_silence() const;
 
   std::string name_;
@@ -103,10 +109,11 @@ class DeviceSource final : public Source {
   DeviceClock device_clock_;
   FrameCounter counter_;
   Nanoseconds last_heard_{0};
-  std::optional<Nanoseconds> left_at_;  // When `read` returned last.
-  bool first_ = true;                   // No frame has come since the device was opened.
+  Nanoseconds left_at_{0};  // When `read`, or the constructor, returned last.
+  bool first_ = true;       // No frame has come since the device was opened.
+  bool pause_ = false;      // Before it is opened again: it is away, or gave nothing the last time.
   std::optional<Nanoseconds> last_time_;
-  std::size_t losses_ = 0;
+  std::size_t losses_ = 0;            // Of a device that ran.
   std::uint64_t damaged_before_ = 0;  // By sessions that are closed.
   std::vector<std::string> warnings_;
   mutable std::mutex mutex_;

@@ -62,8 +62,9 @@ std::unique_ptr<Source> open(const SourceUri& uri, SettingReader& settings, cons
   wish->keep_raw = options.keep_raw;
   DeviceOptions device;
   device.on_event = options.on_event;
-  const auto open_session = [wish, &clock]() -> std::unique_ptr<DeviceSession> {
-    auto session = std::make_unique<freenect::Session>(*wish, clock);
+  device.stop = options.stop;
+  const auto open_session = [wish, &clock](const std::stop_token& stop) -> std::unique_ptr<DeviceSession> {
+    auto session = std::make_unique<freenect::Session>(*wish, clock, stop);
     // From now on this Kinect is meant, whichever else is plugged in.
     if (const auto serial = session->serial(); !serial.empty()) wish->serial = serial;
     wish->was_there = true;

@@ -28,10 +28,10 @@ using namespace std::chrono_literals;
 constexpr int kInfraredLines = 488;  // Four above and four below what the depth has.
 constexpr auto kOpening = 5s;
 constexpr auto kOpeningWithMotor = 25s;  // The audio chip's firmware may be loaded first, for as much as 10 s.
-constexpr auto kFirstSign = 300ms;
 constexpr auto kClosing = 3s;
-constexpr auto kHangs = 400ms;            // The library has not come back from a call for so long:
-constexpr auto kClosingWhatHangs = 50ms;  // it is not waited for.
+constexpr auto kClosingInterrupted = 500ms;  // Whoever stopped the opening waits.
+constexpr auto kHangs = 400ms;               // The library has not come back from a call for so long:
+constexpr auto kClosingWhatHangs = 50ms;     // it is not waited for.
 constexpr timeval kEventSlice{0, 100'000};
 constexpr int kInterrupted = -10;  // libusb's LIBUSB_ERROR_INTERRUPTED: a signal came, nothing is lost.
 
@@ -90,7 +90,7 @@ struct Session::Shared {
   bool registers = false;  // Whether depth comes registered, in millimetres.
 
   std::mutex mutex;
-  std::condition_variable changed;
+  std::condition_variable_any changed;
   bool streaming = false;
   bool over = false;  // There is no more to come,
   bool gone = false;  // and the thread ends.
@@ -255,7 +255,7 @@ void Session::run(const std::shared_ptr<Shared>& shared) noexcept {
   shared->changed.notify_all();
 }
 
-Session::Session(const Wish& wish, const Clock& clock) : wish_(wish) {
+Session::Session(const Wish& wish, const Clock& clock, const std::stop_token& stop) : wish_(wish) {
   const auto pixels = static_cast<std::size_t>(kKinectSize.area());
   const auto colour_bytes = wish.infrared ? std::size_t{640} * kInfraredLines : pixels * 3;
   const auto depth_bytes = wish.depth == DepthView::kOff ? 0 : pixels * 2;
@@ -272,28 +272,27 @@ Session::Session(const Wish& wish, const Clock& clock) : wish_(wish) {
   {
     std::unique_lock lock(shared_->mutex);
     const bool with_motor = wish.led || wish.tilt;
-    answered = shared_->changed.wait_for(lock, with_motor ? kOpeningWithMotor : kOpening,
+    answered = shared_->changed.wait_for(lock, stop, with_motor ? kOpeningWithMotor : kOpening,
                                          [&] { return shared_->streaming || shared_->over; });
-    // One that breaks at once was not opened: whoever tries again shall wait in between.
-    if (answered) shared_->changed.wait_for(lock, kFirstSign, [&] { return shared_->fresh || shared_->over; });
     over = shared_->over && !shared_->fresh;
   }
   if (answered && !over) return;
-  end();
+  end(stop.stop_requested() ? Nanoseconds(kClosingInterrupted) : kClosing);
+  if (!answered && stop.stop_requested()) throw DeviceLost("opening was interrupted");
   if (!answered) throw DeviceLost("the Kinect v1 does not answer");
   tell_why();
 }
 
-Session::~Session() { end(); }
+Session::~Session() { end(kClosing); }
 
-void Session::end() noexcept {
+void Session::end(Nanoseconds patience) noexcept {
   if (!thread_.joinable()) return;
   shared_->stop = true;
   const bool hangs = shared_->clock.now() - Nanoseconds{shared_->last_turn} > kHangs;
   bool gone = false;
   {
     std::unique_lock lock(shared_->mutex);
-    gone = shared_->changed.wait_for(lock, hangs ? kClosingWhatHangs : kClosing, [&] { return shared_->gone; });
+    gone = shared_->changed.wait_for(lock, hangs ? kClosingWhatHangs : patience, [&] { return shared_->gone; });
   }
   if (gone) {
     thread_.join();

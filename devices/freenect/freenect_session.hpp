@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <thread>
 #include <vector>
@@ -30,9 +31,10 @@ struct Wish {
 /// else. Should the library not come back from a call, the thread is given up and the session ends all the same.
 class Session final : public DeviceSession {
  public:
-  /// @throws DeviceLost where it is not there or does not answer; Error (usage) where it may not be opened, or the
-  ///   library lacks what is wanted. A motor or an LED that cannot be had is a warning.
-  Session(const Wish& wish, const Clock& clock);
+  /// @param stop  ends the wait for it.
+  /// @throws DeviceLost where it is not there, does not answer or stop is requested; Error (usage) where it may not be
+  ///   opened, or the library lacks what is wanted. A motor or an LED that cannot be had is a warning.
+  Session(const Wish& wish, const Clock& clock, const std::stop_token& stop);
   ~Session() override;
 
   [[nodiscard]] const SourceInfo& info() const override { return info_; }
@@ -47,7 +49,7 @@ class Session final : public DeviceSession {
   struct Shared;
   static void run(const std::shared_ptr<Shared>& shared) noexcept;
   static void stream(Shared& shared);
-  void end() noexcept;
+  void end(Nanoseconds patience) noexcept;
   [[noreturn]] void tell_why() const;
 
   Wish wish_;

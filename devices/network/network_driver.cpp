@@ -83,12 +83,13 @@ std::unique_ptr<Source> open(const SourceUri& uri, SettingReader& settings, cons
 
   DeviceOptions device;
   device.on_event = options.on_event;
+  device.stop = options.stop;
   // A network stumbles more often than a cable, whatever the frame rate.
   device.least_silence = device.most_silence = silence;
   const auto camera = std::make_shared<Camera>(wish, clock);
   try {
     return std::make_unique<DeviceSource>(
-        uri.text, [camera, stop = options.stop] { return camera->open(stop); }, clock, std::move(device));
+        uri.text, [camera](const std::stop_token& stop) { return camera->open(stop); }, clock, std::move(device));
   } catch (const RecordingFound&) {
     return recordings(uri, options, wish.patience);
   }

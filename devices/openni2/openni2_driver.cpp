@@ -87,9 +87,10 @@ std::unique_ptr<Source> open(const SourceUri& uri, SettingReader& settings, cons
   settings.refuse_the_rest();
   DeviceOptions device;
   device.on_event = options.on_event;
+  device.stop = options.stop;
   device.retry = std::chrono::milliseconds(500);  // Each attempt is a process, and a look at every USB port.
-  const auto open_session = [request, name = uri.text, keep_raw = options.keep_raw, stop = options.stop, patience,
-                             &clock]() -> std::unique_ptr<DeviceSession> {
+  const auto open_session = [request, name = uri.text, keep_raw = options.keep_raw, patience,
+                             &clock](const std::stop_token& stop) -> std::unique_ptr<DeviceSession> {
     auto session = std::make_unique<openni2::Session>(*request, name, keep_raw, clock, patience, stop);
     // From now on this device is meant, whatever port it comes back at: a URI names the port.
     const auto& is = session->device();

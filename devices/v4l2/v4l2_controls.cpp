@@ -150,6 +150,15 @@ std::vector<Control> controls_of(const Node& node) {
   return controls;
 }
 
+std::string settings_of(const std::vector<Control>& controls) {
+  std::vector<std::string> settings;
+  for (const auto& control : controls) {
+    const bool readable = control.type != V4L2_CTRL_TYPE_BUTTON && (control.flags & V4L2_CTRL_FLAG_WRITE_ONLY) == 0;
+    if (control.settable() && readable) settings.push_back(fmt::format("{}={}", control.name, control.value));
+  }
+  return join(settings, "&");
+}
+
 std::vector<std::string> set_controls(const Node& node, const std::map<std::string, std::string>& wanted) {
   if (wanted.empty()) return {};
   const auto controls = controls_of(node);

@@ -27,6 +27,9 @@ struct Control {
 /// The controls that hold one number, a switch or a choice.
 [[nodiscard]] std::vector<Control> controls_of(const Node& node);
 
+/// The present values as settings of a SOURCE, "brightness=128&gain=0": what can be read and set again.
+[[nodiscard]] std::string settings_of(const std::vector<Control>& controls);
+
 /// "Exposure Time, Absolute" -> "exposure_time_absolute", as v4l2-ctl does.
 [[nodiscard]] std::string control_name(std::string_view title);
 

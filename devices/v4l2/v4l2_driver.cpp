@@ -64,7 +64,7 @@ std::unique_ptr<Source> open(const SourceUri& uri, SettingReader& settings, cons
   }
   DeviceOptions device;
   device.on_event = options.on_event;
-  const auto open_session = [wish, &clock]() -> std::unique_ptr<DeviceSession> {
+  const auto open_session = [wish, &clock](const std::stop_token&) -> std::unique_ptr<DeviceSession> {
     auto session = std::make_unique<v4l2::Session>(*wish, clock);
     // From now on this camera is meant, whatever number it has when it comes back.
     wish->identity = session->identity();

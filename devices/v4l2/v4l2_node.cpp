@@ -3,13 +3,19 @@
 
 #include <fcntl.h>
 #include <sys/ioctl.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <numeric>
 #include <system_error>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -26,12 +32,12 @@ std::string text_of(const __u8 (&bytes)[N]) {
   return {reinterpret_cast<const char*>(bytes), std::size_t(std::find(bytes, bytes + N, 0) - bytes)};
 }
 
-std::vector<FrameRate> rates_of(const Node& node, std::uint32_t fourcc, std::uint32_t width, std::uint32_t height) {
-  std::vector<FrameRate> rates;
+void list_rates(const Node& node, Mode& mode) {
+  auto& rates = mode.rates;
   v4l2_frmivalenum interval{};
-  interval.pixel_format = fourcc;
-  interval.width = width;
-  interval.height = height;
+  interval.pixel_format = mode.fourcc;
+  interval.width = mode.width;
+  interval.height = mode.height;
   for (; node.call(VIDIOC_ENUM_FRAMEINTERVALS, &interval) == 0; ++interval.index) {
     if (interval.type == V4L2_FRMIVAL_TYPE_DISCRETE) {
       rates.push_back({interval.discrete.numerator, interval.discrete.denominator});
@@ -39,10 +45,18 @@ std::vector<FrameRate> rates_of(const Node& node, std::uint32_t fourcc, std::uin
     }
     rates.push_back({interval.stepwise.min.numerator, interval.stepwise.min.denominator});
     rates.push_back({interval.stepwise.max.numerator, interval.stepwise.max.denominator});
+    mode.any_rate = true;  // Of steps the driver takes the nearest.
     break;
   }
   std::stable_sort(rates.begin(), rates.end(), [](auto& a, auto& b) { return a.fps() > b.fps(); });
-  return rates;
+}
+
+// The first line of a small file; empty where there is none.
+std::string line_of(const std::string& path) {
+  std::ifstream file(path);
+  std::string line;
+  std::getline(file, line);
+  return line;
 }
 
 }  // namespace
@@ -74,7 +88,39 @@ std::optional<Identity> identity_of(const Node& node) {
   if (node.call(VIDIOC_QUERYCAP, &told) != 0) return std::nullopt;
   const auto can = (told.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? told.device_caps : told.capabilities;
   if ((can & V4L2_CAP_VIDEO_CAPTURE) == 0 || (can & V4L2_CAP_STREAMING) == 0) return std::nullopt;
-  return Identity{text_of(told.card), text_of(told.bus_info), text_of(told.driver)};
+  Identity identity{text_of(told.card), text_of(told.bus_info), text_of(told.driver)};
+  struct stat is {};
+  if (::fstat(node.fd(), &is) != 0) return identity;
+  return with_sysfs(std::move(identity), fmt::format("/sys/dev/char/{}:{}", major(is.st_rdev), minor(is.st_rdev)));
+}
+
+Identity with_sysfs(Identity identity, const std::string& folder) {
+  identity.index = line_of(folder + "/index");
+  identity.interface = line_of(folder + "/device/bInterfaceNumber");
+  if (!identity.interface.empty()) identity.serial = line_of(folder + "/device/../serial");
+  return identity;
+}
+
+Likeness likeness_of(const Identity& was, const Identity& is, bool linked) {
+  const auto role = [](const Identity& of) { return std::tie(of.card, of.driver, of.interface, of.index); };
+  if (role(was) != role(is)) return Likeness::kOther;
+  if (linked) return Likeness::kSame;
+  if (was.serial != is.serial) return Likeness::kOther;
+  if (was.bus == is.bus) return Likeness::kSame;
+  return was.serial.empty() ? Likeness::kOther : Likeness::kMoved;
+}
+
+FrameRate Mode::nearest_rate(double wanted) const {
+  if (rates.empty()) return {};
+  if (any_rate && wanted < rates.front().fps() && wanted > rates.back().fps()) {
+    constexpr std::uint32_t kParts = 1000;
+    const auto frames = static_cast<std::uint32_t>(std::max(1L, std::lround(wanted * kParts)));
+    const auto common = std::gcd(kParts, frames);
+    return {kParts / common, frames / common};
+  }
+  return *std::min_element(rates.begin(), rates.end(), [&](const FrameRate& a, const FrameRate& b) {
+    return std::abs(a.fps() - wanted) < std::abs(b.fps() - wanted);
+  });
 }
 
 cv::Size Mode::nearest(cv::Size wanted) const {
@@ -93,7 +139,8 @@ std::vector<Mode> modes_of(const Node& node) {
   format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   for (; node.call(VIDIOC_ENUM_FMT, &format) == 0; ++format.index) {
     const auto add = [&](std::uint32_t width, std::uint32_t height) {
-      modes.push_back({format.pixelformat, width, height, rates_of(node, format.pixelformat, width, height)});
+      modes.push_back({format.pixelformat, width, height, {}});
+      list_rates(node, modes.back());
     };
     const auto before = modes.size();
     v4l2_frmsizeenum size{};

@@ -37,13 +37,25 @@ class Node {
   int fd_ = -1;
 };
 
-/// Who a node is. The bus and its port name a device beyond this boot; a node's number does not.
+/// Who a node is, beyond this boot; its number says nothing.
 struct Identity {
-  std::string card;    ///< "HD Pro Webcam C920"
-  std::string bus;     ///< "usb-0000:00:14.0-2"
-  std::string driver;  ///< "uvcvideo"
-  bool operator==(const Identity&) const = default;
+  std::string card;            ///< "HD Pro Webcam C920"
+  std::string bus;             ///< "usb-0000:00:14.0-2": of USB, the port.
+  std::string driver;          ///< "uvcvideo"
+  std::string serial = {};     ///< Of a USB device that has one; many cheap ones share theirs.
+  std::string interface = {};  ///< Of a USB device: "00". One that sees colour and infrared has one for each.
+  std::string index = {};      ///< Among the nodes of its device: "0".
 };
+
+/// @param folder  the node's in sysfs.  @return `identity` and what the kernel's files add to it.
+[[nodiscard]] Identity with_sysfs(Identity identity, const std::string& folder);
+
+enum class Likeness { kOther, kMoved, kSame };
+
+/// Whether a node is the one that was there before: the same at the same port, or at another one, which only a serial
+/// number tells. Other nodes of the same device are others.
+/// @param linked  it was reached by a link that names the device itself, of /dev/v4l/by-id: at whatever port.
+[[nodiscard]] Likeness likeness_of(const Identity& was, const Identity& is, bool linked);
 
 /// @return nothing where the node cannot capture video by streaming.
 [[nodiscard]] std::optional<Identity> identity_of(const Node& node);
@@ -66,7 +78,10 @@ struct Mode {
   std::uint32_t width = 0, height = 0;
   std::vector<FrameRate> rates;
   std::optional<Steps> steps = {};
+  bool any_rate = false;  ///< Every rate between the fastest and the slowest can be had, too.
 
+  /// Of the rates that it has, the nearest to so many frames a second; zero where it lists none.
+  [[nodiscard]] FrameRate nearest_rate(double wanted) const;
   /// Of the sizes that it has, the nearest to the one that is wanted, which is itself where it has it.
   [[nodiscard]] cv::Size nearest(cv::Size wanted) const;
 };

@@ -32,20 +32,24 @@ const cv::Size kCommon(640, 480);
 // The node to open: the one that is named, or wherever the device that was there before is now.
 Node find(const Wish& wish) {
   if (!wish.identity) return Node(wish.path);
-  try {
-    Node named(wish.path);
-    if (identity_of(named) == wish.identity) return named;
-  } catch (const DeviceLost&) {
-    // Looked for elsewhere.
-  }
-  for (const auto& path : video_nodes()) {
+  std::optional<Node> best;
+  auto closest = Likeness::kOther;
+  const auto consider = [&](const std::string& path, bool linked) {
     try {
       Node node(path);
-      if (identity_of(node) == wish.identity) return node;
+      const auto is = identity_of(node);
+      const auto likeness = is ? likeness_of(*wish.identity, *is, linked) : Likeness::kOther;
+      if (likeness <= closest) return;
+      closest = likeness;
+      best.emplace(std::move(node));
     } catch (const std::exception&) {
-      continue;  // Somebody else's.
+      // Gone, somebody else's, or so new that its permissions are still to come.
     }
-  }
+  };
+  consider(wish.path, wish.path.starts_with("/dev/v4l/by-id/"));
+  if (closest == Likeness::kSame) return std::move(*best);
+  for (const auto& path : video_nodes()) consider(path, false);
+  if (best) return std::move(*best);
   throw DeviceLost(fmt::format("\"{}\" ({}) is not there", wish.path, wish.identity->card));
 }
 
@@ -116,11 +120,8 @@ Session::Session(const Wish& wish, const Clock& clock)
   }
   identity_ = *identity;
   negotiate(wish);
-  warnings_ = set_controls(node_, wish.controls);
-  for (const auto& control : controls_of(node_)) {
-    if (!control.settable()) continue;
-    info_.controls += fmt::format("{}{}={}", info_.controls.empty() ? "" : "&", control.name, control.value);
-  }
+  for (auto& line : set_controls(node_, wish.controls)) warnings_.push_back(std::move(line));
+  info_.controls = settings_of(controls_of(node_));
   share_buffers();
   int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   if (const int cause = node_.call(VIDIOC_STREAMON, &type); cause != 0) lost(node_, "the stream cannot start", cause);
@@ -168,11 +169,8 @@ void Session::negotiate(const Wish& wish) {
   if (node_.call(VIDIOC_G_PARM, &rate) != 0) return;
   auto& interval = rate.parm.capture.timeperframe;
   if ((rate.parm.capture.capability & V4L2_CAP_TIMEPERFRAME) != 0 && !mode->rates.empty()) {
-    const double wanted = wish.fps.value_or(30.0);
-    const auto nearest = std::min_element(mode->rates.begin(), mode->rates.end(), [&](auto& a, auto& b) {
-      return std::abs(a.fps() - wanted) < std::abs(b.fps() - wanted);
-    });
-    interval = {nearest->numerator, nearest->denominator};
+    const auto nearest = mode->nearest_rate(wish.fps.value_or(30.0));
+    interval = {nearest.numerator, nearest.denominator};
     (void)node_.call(VIDIOC_S_PARM, &rate);
   }
   if (interval.numerator > 0) info_.nominal_fps = double(interval.denominator) / interval.numerator;

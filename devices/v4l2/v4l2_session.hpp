@@ -18,7 +18,7 @@ namespace choreo::devices::v4l2 {
 /// What is wanted of a camera; what is left open the camera decides, or `choose_mode`.
 struct Wish {
   std::string path;                  ///< Of the node, or a link to it.
-  std::optional<Identity> identity;  ///< The device that was there before; found wherever it is now.
+  std::optional<Identity> identity;  ///< The device that was there before: `likeness_of`.
   std::optional<int> input;          ///< Of a card with several sockets; the one it is at where left open.
   std::optional<cv::Size> size;
   std::optional<double> fps;

@@ -43,27 +43,35 @@ class Conformance : public ::testing::TestWithParam<Made> {
     options.on_event = [this](const DeviceEvent& event) {
       const std::scoped_lock lock(mutex_);
       events_.push_back(event);
+      if (awaited_ == event.state) stop_.request_stop();
     };
     return registry_.open(subject_->source, options);
   }
 
   // Reads until the state was entered, some seconds at most. @return when it was.
   std::optional<Nanoseconds> read_until(Source& source, DeviceState state) {
-    const auto limit = SteadyTime::now() + 20s;
-    while (SteadyTime::now() < limit) {
+    stop_ = std::stop_source();
+    awaited_ = state;
+    const std::jthread patience([stop = stop_](const std::stop_token& over) mutable {
+      std::mutex mutex;
+      std::unique_lock lock(mutex);
+      std::condition_variable_any never;
+      never.wait_for(lock, over, 20s, [] { return false; });
+      stop.request_stop();
+    });
+    const auto found = [&]() -> std::optional<Nanoseconds> {
       for (; asked_for_ < events_.size(); ++asked_for_) {
         if (events_[asked_for_].state == state) return events_[asked_for_++].at;
       }
-      std::stop_source stop;
-      const std::jthread patience([&](const std::stop_token& over) {
-        std::mutex mutex;
-        std::unique_lock lock(mutex);
-        std::condition_variable_any never;
-        if (!never.wait_for(lock, over, 200ms, [] { return false; }) && !over.stop_requested()) stop.request_stop();
-      });
-      check(source.read(stop.get_token()));
+      return std::nullopt;
+    };
+    auto at = found();
+    while (!at && !stop_.stop_requested()) {
+      check(source.read(stop_.get_token()));
+      at = found();
     }
-    return std::nullopt;
+    awaited_.reset();
+    return at;
   }
 
   // Numbers and times go on, across losses too.
@@ -80,6 +88,8 @@ class Conformance : public ::testing::TestWithParam<Made> {
   Registry registry_;
   std::mutex mutex_;
   std::vector<DeviceEvent> events_;
+  std::optional<DeviceState> awaited_;  // Stops `stop_`.
+  std::stop_source stop_;
   std::size_t asked_for_ = 0;
   FramePtr last_;
 };
@@ -212,19 +222,27 @@ TEST_P(Conformance, LostAndFound) {
 
 TEST_P(Conformance, MayBeDestroyedWhileItIsLost) {
   if (!subject_->lose) GTEST_SKIP() << "it does not go away, or not at will";
-  {
-    const auto source = open();
+  // At several moments of an attempt to take it up again.
+  for (const auto later : {0ms, 60ms, 300ms}) {
+    auto source = open();
+    last_.reset();
     ASSERT_TRUE(read_until(*source, DeviceState::kRunning));
     subject_->lose();
     ASSERT_TRUE(read_until(*source, DeviceState::kLost));
-    const auto begin = SteadyTime::now();
     std::stop_source stop;
-    stop.request_stop();
+    auto begin = SteadyTime::now();
+    std::jthread other([&] {
+      std::this_thread::sleep_for(later);
+      begin = SteadyTime::now();
+      stop.request_stop();
+    });
     EXPECT_FALSE(source->read(stop.get_token()));
-    EXPECT_LT(SteadyTime::now() - begin, 1s);
+    other.join();
+    source.reset();
+    EXPECT_LT(SteadyTime::now() - begin, 1s) << "stopped " << later.count() << " ms after the loss";
+    subject_->find();
   }
   EXPECT_EQ(events_.back().state, DeviceState::kStopped);
-  subject_->find();
 }
 
 INSTANTIATE_TEST_SUITE_P(Drivers, Conformance, ::testing::ValuesIn(all_subjects()),

@@ -2,7 +2,11 @@
 // A device that goes away, comes back, stays silent or is another one: what the source makes of it.
 #include "devices/device_source.hpp"
 
+#include <condition_variable>
 #include <deque>
+#include <functional>
+#include <future>
+#include <mutex>
 #include <thread>
 #include <vector>
 
@@ -37,6 +41,9 @@ struct ScriptedDevice {
   std::deque<Act> acts;
   std::deque<bool> openings;  ///< Whether the next attempts to open succeed; then all do.
   cv::Size size{8, 6};
+  double fps = 25;
+  Nanoseconds closing{0};  ///< How long it takes.
+  std::function<void(const std::stop_token&)> on_open = [](const std::stop_token&) {};
   int opened = 0;
   std::uint32_t counter = 100;
 };
@@ -45,8 +52,9 @@ class ScriptedSession final : public DeviceSession {
  public:
   explicit ScriptedSession(ScriptedDevice& device) : device_(device) {
     info_.size = device.size;
-    info_.nominal_fps = 25;
+    info_.nominal_fps = device.fps;
   }
+  ~ScriptedSession() override { device_.clock.advance(device_.closing); }
   [[nodiscard]] const SourceInfo& info() const override { return info_; }
   [[nodiscard]] bool stamps_with_host_clock() const override { return true; }
   [[nodiscard]] std::optional<DeviceFrame> wait(Nanoseconds patience) override {
@@ -77,19 +85,21 @@ class DeviceSourceTest : public ::testing::Test {
  protected:
   std::unique_ptr<DeviceSource> open() {
     DeviceOptions options;
-    options.retry = milliseconds(1);
+    options.retry = retry_;
+    options.stop = stop_.get_token();
     options.on_event = [this](const DeviceEvent& event) {
       states_.emplace_back(name_of(event.state));
       events_.push_back(event);
     };
     return std::make_unique<DeviceSource>(
         "scripted:",
-        [this]() -> std::unique_ptr<DeviceSession> {
+        [this](const std::stop_token& stop) -> std::unique_ptr<DeviceSession> {
           if (!device_.openings.empty()) {
             const bool there = device_.openings.front();
             device_.openings.pop_front();
             if (!there) throw DeviceLost("nothing is there");
           }
+          device_.on_open(stop);
           ++device_.opened;
           return std::make_unique<ScriptedSession>(device_);
         },
@@ -97,6 +107,8 @@ class DeviceSourceTest : public ::testing::Test {
   }
 
   ScriptedDevice device_;
+  Nanoseconds retry_ = milliseconds(1);
+  std::stop_source stop_;
   std::vector<std::string> states_;
   std::vector<DeviceEvent> events_;
 };
@@ -163,6 +175,76 @@ TEST_F(DeviceSourceTest, OneThatStaysSilentIsLostWithinASecond) {
   EXPECT_GE(events_[2].at - silent_since, milliseconds(400)) << "a hiccup is no loss";
 }
 
+TEST_F(DeviceSourceTest, OneOfFewFramesIsNotSilentBetweenThem) {
+  device_.fps = 0.5;
+  for (int k = 0; k < 3; ++k) {
+    device_.acts.push_back(Act::kFrame);
+    device_.acts.insert(device_.acts.end(), 40, Act::kSilent);  // 2 s.
+  }
+  device_.acts.push_back(Act::kFrame);
+  device_.acts.insert(device_.acts.end(), 140, Act::kSilent);  // 7 s.
+  const auto source = open();
+  for (int k = 0; k < 4; ++k) ASSERT_TRUE(source->read({}));
+  EXPECT_THAT(states_, ElementsAre("starting", "running"));
+  const auto silent_since = device_.clock.now();
+  ASSERT_TRUE(source->read({}));
+  ASSERT_GE(events_.size(), 3U);
+  EXPECT_GT(events_[2].at - silent_since, std::chrono::seconds(6)) << "three frames";
+  EXPECT_LE(events_[2].at - silent_since, milliseconds(6100));
+}
+
+TEST_F(DeviceSourceTest, ALossIsToldBeforeTheDeviceIsClosed) {
+  device_.acts = {Act::kFrame, Act::kVanish};
+  device_.closing = std::chrono::seconds(3);
+  const auto source = open();
+  ASSERT_TRUE(source->read({}));
+  const auto vanished = device_.clock.now();
+  ASSERT_TRUE(source->read({}));
+  ASSERT_GE(events_.size(), 3U);
+  EXPECT_EQ(events_[2].state, DeviceState::kLost);
+  EXPECT_EQ(events_[2].at, vanished);
+}
+
+TEST_F(DeviceSourceTest, OneThatBreaksBeforeItsFirstFrameIsLeftAloneForAWhile) {
+  retry_ = milliseconds(5);
+  device_.acts = {Act::kFrame};
+  device_.acts.insert(device_.acts.end(), 5, Act::kVanish);
+  const auto source = open();
+  ASSERT_TRUE(source->read({}));
+  const auto begin = std::chrono::steady_clock::now();
+  ASSERT_TRUE(source->read({}));
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, 4 * retry_);
+  EXPECT_EQ(device_.opened, 6);
+  EXPECT_THAT(states_, ElementsAre("starting", "running", "lost", "running"));
+  EXPECT_THAT(source->warnings(), ElementsAre(HasSubstr("was lost 1 time and taken up again"))) << "it ran once";
+}
+
+TEST_F(DeviceSourceTest, OneThatIsStillAwayIsNotSaidToBeBack) {
+  device_.acts = {Act::kFrame, Act::kVanish};
+  const auto source = open();
+  ASSERT_TRUE(source->read({}));
+  std::stop_source stop;
+  device_.on_open = [&](const std::stop_token&) {
+    stop.request_stop();
+    throw DeviceLost("nothing is there");
+  };
+  EXPECT_FALSE(source->read(stop.get_token()));
+  EXPECT_THAT(source->warnings(), ElementsAre("scripted: was lost 1 time and is not back"));
+}
+
+TEST_F(DeviceSourceTest, OneThatNeverGaveAFrameIsSaidToBeSo) {
+  device_.acts = {Act::kVanish};
+  const auto source = open();
+  std::stop_source stop;
+  device_.on_open = [&](const std::stop_token&) {
+    stop.request_stop();
+    throw DeviceLost("nothing is there");
+  };
+  EXPECT_FALSE(source->read(stop.get_token()));
+  EXPECT_THAT(states_, ElementsAre("starting", "lost"));
+  EXPECT_THAT(source->warnings(), ElementsAre("scripted: never gave a frame"));
+}
+
 TEST_F(DeviceSourceTest, TheFirstFrameMayTakeLonger) {
   device_.acts.assign(40, Act::kSilent);  // 2 s.
   const auto source = open();
@@ -201,6 +283,50 @@ TEST_F(DeviceSourceTest, StopEndsAnyWait) {
   EXPECT_EQ(source->read(stop.get_token()), nullptr) << "asked again";
 }
 
+// Waits for a stop as a driver does whose library does not answer.
+void wait_long(const std::stop_token& stop) {
+  std::mutex mutex;
+  std::unique_lock lock(mutex);
+  std::condition_variable_any never;
+  never.wait_for(lock, stop, std::chrono::seconds(30), [] { return false; });
+  throw failure("opening was interrupted");
+}
+
+TEST_F(DeviceSourceTest, StopEndsAWaitInsideReopening) {
+  device_.acts = {Act::kFrame, Act::kVanish};
+  const auto source = open();
+  ASSERT_TRUE(source->read({}));
+  std::stop_source stop;
+  std::promise<void> begun;
+  const std::jthread other([&] {
+    begun.get_future().wait();
+    stop.request_stop();
+  });
+  device_.on_open = [&](const std::stop_token& token) {
+    begun.set_value();
+    wait_long(token);
+  };
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_FALSE(source->read(stop.get_token()));
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(10));
+  EXPECT_THAT(source->warnings(), ElementsAre(HasSubstr("is not back"))) << "an interruption is nothing to warn of";
+}
+
+TEST_F(DeviceSourceTest, StopEndsAWaitInsideTheFirstOpening) {
+  std::promise<void> begun;
+  const std::jthread other([&] {
+    begun.get_future().wait();
+    stop_.request_stop();
+  });
+  device_.on_open = [&](const std::stop_token& token) {
+    begun.set_value();
+    wait_long(token);
+  };
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_TRUE(test::error_of([&] { (void)open(); }));
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(10));
+}
+
 TEST_F(DeviceSourceTest, ManyLossesAreCounted) {
   for (int k = 0; k < 30; ++k) {
     device_.acts.push_back(Act::kFrame);
@@ -223,6 +349,14 @@ TEST_F(DeviceSourceTest, DamagedFramesAreCountedAcrossLosses) {
   EXPECT_THAT(source->warnings(), testing::Contains(HasSubstr("1 damaged frame was left out")));
   ASSERT_TRUE(source->read({}));
   EXPECT_THAT(source->warnings(), testing::Contains(HasSubstr("3 damaged frames were left out")));
+}
+
+TEST_F(DeviceSourceTest, ADeviceThatIsReadLongAfterItWasOpenedIsNotSilent) {
+  const auto source = open();
+  device_.clock.advance(std::chrono::minutes(1));
+  device_.acts = {Act::kSilent, Act::kFrame};
+  ASSERT_TRUE(source->read({}));
+  EXPECT_THAT(states_, ElementsAre("starting", "running"));
 }
 
 TEST_F(DeviceSourceTest, ADeviceThatNobodyListenedToIsNotSilent) {

@@ -42,12 +42,15 @@ class OpenNi2DeviceTest : public OpenNi2Test {
     }
     return nullptr;
   }
-  std::string why_lost() const {
+  // The first loss.
+  devices::DeviceEvent loss() const {
     for (const auto& event : events_) {
-      if (event.state == DeviceState::kLost) return event.why;
+      if (event.state == DeviceState::kLost) return event;
     }
+    ADD_FAILURE() << "it was not lost";
     return {};
   }
+  std::string why_lost() const { return loss().why; }
   void script(const std::string& text) {
     const auto path = folder_ / "helper";
     write_bytes(path, "#!/bin/sh\n" + text + "\n");
@@ -127,9 +130,11 @@ TEST_F(OpenNi2DeviceTest, OneThatIsUnpluggedIsFoundAgainAtAnotherPort) {
 TEST_F(OpenNi2DeviceTest, OneThatFallsSilentIsLostWithinASecond) {
   const auto source = watch("openni2://");
   (void)source->read({});
+  const auto since = clock_.now();
   tell("silent");
   ASSERT_TRUE(read_past_loss(*source));
   EXPECT_THAT(why_lost(), HasSubstr("no frame for 0."));
+  EXPECT_LT(loss().at - since, std::chrono::seconds(1));
 }
 
 TEST_F(OpenNi2DeviceTest, ACrashOfTheLibraryIsALossAndNoMore) {
@@ -144,17 +149,21 @@ TEST_F(OpenNi2DeviceTest, AHelperThatIsStoppedIsReplaced) {
   devices::openni2::Request request;
   request.action = devices::openni2::Action::kDevice;
   pid_t first = 0;
-  const auto open_session = [&]() -> std::unique_ptr<devices::DeviceSession> {
+  const auto open_session = [&](const std::stop_token& stop) -> std::unique_ptr<devices::DeviceSession> {
     auto session = std::make_unique<devices::openni2::Session>(request, "openni2://", false, clock_,
-                                                               std::chrono::seconds(5), std::stop_token());
+                                                               std::chrono::seconds(5), stop);
     if (first == 0) first = session->helper();
     return session;
   };
-  devices::DeviceSource source("openni2://", open_session, clock_, {});
+  devices::DeviceOptions options;
+  options.on_event = [this](const devices::DeviceEvent& event) { events_.push_back(event); };
+  devices::DeviceSource source("openni2://", open_session, clock_, options);
   ASSERT_TRUE(source.read({}));
+  const auto since = clock_.now();
   ::kill(first, SIGSTOP);
   for (int k = 0; k < 20; ++k) ASSERT_TRUE(source.read({}));
   EXPECT_EQ(::kill(first, 0), -1) << "the first one is still there";
+  EXPECT_LT(loss().at - since, std::chrono::seconds(1)) << "told before it is closed, which takes longer";
 }
 
 TEST_F(OpenNi2DeviceTest, TheHelperEndsWithTheSession) {

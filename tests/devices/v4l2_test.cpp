@@ -3,6 +3,9 @@
 // virtual camera (v4l2_vivid_test.cpp).
 #include <linux/videodev2.h>
 
+#include <filesystem>
+#include <fstream>
+
 #include <gmock/gmock.h>
 
 #include "core/error.hpp"
@@ -13,6 +16,7 @@
 #include "devices/v4l2/v4l2_session.hpp"
 #include "pipeline/steady_clock.hpp"
 #include "support/frames.hpp"
+#include "support/temp_folder.hpp"
 
 namespace choreo::devices::v4l2 {
 namespace {
@@ -78,6 +82,108 @@ TEST(ChooseMode, OfSizesInStepsAnyOnTheGridCanBeHad) {
 TEST(ChooseMode, AFormatThatNobodyHereReadsIsNone) {
   EXPECT_FALSE(choose_mode({mode(v4l2_fourcc('H', '2', '6', '4'), 640, 480, {30})}, {}));
   EXPECT_FALSE(choose_mode({}, {}));
+}
+
+TEST(NearestRate, OfARangeIsTheOneThatIsWantedOrItsEnd) {
+  auto range = mode(V4L2_PIX_FMT_YUYV, 640, 480, {60, 5});
+  EXPECT_NEAR(range.nearest_rate(30).fps(), 5, 1e-9) << "two rates are no range";
+  range.any_rate = true;
+  for (const double wanted : {5.0, 24.0, 30.0, 29.97, 59.5, 60.0}) {
+    EXPECT_NEAR(range.nearest_rate(wanted).fps(), wanted, 1e-3);
+  }
+  EXPECT_EQ(range.nearest_rate(30).numerator, 1U) << "in small numbers";
+  EXPECT_NEAR(range.nearest_rate(100).fps(), 60, 1e-9);
+  EXPECT_NEAR(range.nearest_rate(1).fps(), 5, 1e-9);
+}
+
+TEST(NearestRate, OfAListIsOneOfIt) {
+  const auto list = mode(V4L2_PIX_FMT_YUYV, 640, 480, {60, 30, 15});
+  EXPECT_NEAR(list.nearest_rate(29).fps(), 30, 1e-9);
+  EXPECT_NEAR(list.nearest_rate(20).fps(), 15, 1e-9);
+  EXPECT_NEAR(list.nearest_rate(1000).fps(), 60, 1e-9);
+}
+
+TEST(NearestRate, OfNonsenseIsHarmless) {
+  EXPECT_EQ(mode(V4L2_PIX_FMT_YUYV, 640, 480, {}).nearest_rate(30).fps(), 0);
+  Mode odd{V4L2_PIX_FMT_YUYV, 640, 480, {{1, 60}, {0, 0}}};
+  odd.any_rate = true;
+  EXPECT_NEAR(odd.nearest_rate(30).fps(), 30, 1e-3);
+  EXPECT_GT(odd.nearest_rate(1e-9).denominator, 0U);
+}
+
+Identity webcam_at(const std::string& port, const std::string& serial) {
+  return {"HD Pro Webcam C920", "usb-0000:00:14.0-" + port, "uvcvideo", serial, "00", "0"};
+}
+
+TEST(LikenessOf, TheSameAtTheSamePortIsTheSame) {
+  EXPECT_EQ(likeness_of(webcam_at("2", ""), webcam_at("2", ""), false), Likeness::kSame);
+  EXPECT_EQ(likeness_of(webcam_at("2", "A1"), webcam_at("2", "A1"), false), Likeness::kSame);
+}
+
+TEST(LikenessOf, AnotherPortNeedsASerialNumberOrALink) {
+  EXPECT_EQ(likeness_of(webcam_at("2", ""), webcam_at("3", ""), false), Likeness::kOther);
+  EXPECT_EQ(likeness_of(webcam_at("2", "A1"), webcam_at("3", "A1"), false), Likeness::kMoved)
+      << "less than the same: another one may share its number";
+  EXPECT_EQ(likeness_of(webcam_at("2", ""), webcam_at("3", ""), true), Likeness::kSame);
+}
+
+TEST(LikenessOf, AnotherSerialNumberIsAnotherCamera) {
+  EXPECT_EQ(likeness_of(webcam_at("2", "A1"), webcam_at("2", "B7"), false), Likeness::kOther);
+  EXPECT_EQ(likeness_of(webcam_at("2", "A1"), webcam_at("2", ""), false), Likeness::kOther);
+}
+
+TEST(LikenessOf, ASiblingOfTheSameDeviceIsAnother) {
+  const auto colour = webcam_at("2", "A1");
+  auto infrared = colour;
+  infrared.interface = "02";
+  auto second = colour;
+  second.index = "2";
+  auto renamed = colour;
+  renamed.card = "HD Pro Webcam C930";
+  for (const bool linked : {false, true}) {
+    EXPECT_EQ(likeness_of(colour, infrared, linked), Likeness::kOther);
+    EXPECT_EQ(likeness_of(colour, second, linked), Likeness::kOther);
+    EXPECT_EQ(likeness_of(colour, renamed, linked), Likeness::kOther);
+  }
+}
+
+TEST(WithSysfs, ReadsWhatTheKernelKnowsOfAUsbDevice) {
+  // As in /sys: the node leads to its interface, which lies in its device.
+  const test::TempFolder sys;
+  std::filesystem::create_directories(sys / "usb/1-2/1-2:1.2");
+  std::filesystem::create_directories(sys / "node");
+  std::filesystem::create_directory_symlink(sys / "usb/1-2/1-2:1.2", sys / "node/device");
+  std::ofstream(sys / "usb/1-2/serial") << "A1B2\n";
+  std::ofstream(sys / "usb/1-2/1-2:1.2/bInterfaceNumber") << "02\n";
+  std::ofstream(sys / "node/index") << "1\n";
+  const auto found = with_sysfs({"card", "bus", "driver"}, sys / "node");
+  EXPECT_EQ(found.card, "card");
+  EXPECT_EQ(found.serial, "A1B2");
+  EXPECT_EQ(found.interface, "02");
+  EXPECT_EQ(found.index, "1");
+  const auto none = with_sysfs({"card", "bus", "driver"}, sys / "nowhere");
+  EXPECT_EQ(none.serial + none.interface + none.index, "");
+}
+
+TEST(SettingsOf, AreWhatCanBeReadAndSetAgain) {
+  Control brightness;
+  brightness.name = "brightness";
+  brightness.type = V4L2_CTRL_TYPE_INTEGER;
+  brightness.value = 77;
+  auto gain = brightness;
+  gain.name = "gain";
+  gain.value = -3;
+  auto button = brightness;
+  button.name = "reset";
+  button.type = V4L2_CTRL_TYPE_BUTTON;
+  auto pan = brightness;
+  pan.name = "pan_relative";
+  pan.flags = V4L2_CTRL_FLAG_WRITE_ONLY;
+  auto fixed = brightness;
+  fixed.name = "temperature";
+  fixed.flags = V4L2_CTRL_FLAG_READ_ONLY;
+  EXPECT_EQ(settings_of({brightness, button, pan, fixed, gain}), "brightness=77&gain=-3");
+  EXPECT_EQ(settings_of({button}), "");
 }
 
 TEST(ControlName, IsAsV4l2CtlWritesIt) {
