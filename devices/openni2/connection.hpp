@@ -2,6 +2,7 @@
 // One conversation with the helper, up to whole moments: what a device and a recording have in common.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -45,6 +46,8 @@ class Connection {
   /// Nothing more will be heard: `next` gives what waits.
   void end() { pairing_->end(); }
 
+  /// How many pictures were heard of stream `number` of `opened`.
+  [[nodiscard]] std::uint64_t pictures(std::size_t number) const { return pictures_.at(number); }
   [[nodiscard]] std::size_t unpaired_depths() const { return pairing_->unpaired_depths(); }
   [[nodiscard]] std::vector<std::string> take_warnings() { return std::exchange(warnings_, {}); }
   [[nodiscard]] HelperProcess& helper() { return helper_; }
@@ -56,6 +59,7 @@ class Connection {
   HelperProcess helper_;
   Opened opened_;
   std::optional<Pairing> pairing_;
+  std::vector<std::uint64_t> pictures_;
   std::vector<std::string> warnings_;
 };
 

@@ -26,12 +26,13 @@ Session::Session(const Request& request, const std::string& name, bool keep_raw,
   } catch (const HelperGone& gone) {
     throw DeviceLost(gone.what());
   }
+  watch_.emplace(connection_->opened().streams, clock_.now());
   const auto& leader = connection_->leader();
   info_.size = {static_cast<int>(leader.width), static_cast<int>(leader.height)};
   info_.nominal_fps = leader.fps;
 }
 
-std::optional<DeviceFrame> Session::wait(Nanoseconds patience) {
+std::optional<Moment> Session::hear(Nanoseconds patience) {
   const auto until = clock_.now() + patience;
   std::optional<Moment> newest;
   try {
@@ -47,7 +48,17 @@ std::optional<DeviceFrame> Session::wait(Nanoseconds patience) {
   } catch (const HelperGone& gone) {
     throw DeviceLost(gone.what());
   }
-  if (!newest) return std::nullopt;
+  return newest;
+}
+
+std::optional<DeviceFrame> Session::wait(Nanoseconds patience) {
+  watch_->begin(clock_.now());
+  const auto newest = hear(patience);
+  const auto now = clock_.now();
+  for (std::size_t k = 0; k < connection_->opened().streams.size(); ++k)
+    watch_->heard(k, connection_->pictures(k), now);
+  watch_->end(now);
+  if (!newest || !watch_->complete()) return std::nullopt;
   DeviceFrame frame;
   frame.arrival = clock_.now();
   frame.counter = newest->leader().index;

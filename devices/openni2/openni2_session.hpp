@@ -9,6 +9,7 @@
 
 #include "devices/device_source.hpp"
 #include "devices/openni2/connection.hpp"
+#include "devices/openni2/stream_watch.hpp"
 
 namespace choreo::devices::openni2 {
 
@@ -26,7 +27,9 @@ class Session final : public DeviceSession {
   [[nodiscard]] const SourceInfo& info() const override { return info_; }
   /// OpenNI2 counts microseconds from when it pleases.
   [[nodiscard]] bool stamps_with_host_clock() const override { return false; }
-  /// The newest moment that is there; the numbers of older ones that waited are missing.
+  /// The newest moment that is there; the numbers of older ones that waited are missing. The first one comes when every
+  /// stream has begun.
+  /// @throws DeviceLost also where one of two streams is silent for as long as DeviceSource lets a device be.
   [[nodiscard]] std::optional<DeviceFrame> wait(Nanoseconds patience) override;
   [[nodiscard]] std::vector<std::string> take_warnings() override;
 
@@ -35,10 +38,13 @@ class Session final : public DeviceSession {
   [[nodiscard]] pid_t helper() { return connection_->helper().process(); }
 
  private:
+  [[nodiscard]] std::optional<Moment> hear(Nanoseconds patience);
+
   const Clock& clock_;
   std::string name_;
   SourceInfo info_;
   std::optional<Connection> connection_;
+  std::optional<StreamWatch> watch_;
   FrameMaker maker_;
   std::vector<std::string> warnings_;
 };

@@ -132,6 +132,39 @@ TEST_F(OpenNi2DeviceTest, OneThatFallsSilentIsLostWithinASecond) {
   EXPECT_THAT(why_lost(), HasSubstr("no frame for 0."));
 }
 
+TEST_F(OpenNi2DeviceTest, OneStreamThatFallsSilentIsALossThoughTheOtherGoesOn) {
+  for (const auto& [word, told] : {std::pair{"nodepth", "the depth stream is silent: no picture for 0."},
+                                   std::pair{"nocolour", "the colour stream is silent: no picture for 0."}}) {
+    tell("");
+    events_.clear();
+    const auto source = watch("openni2://");
+    ASSERT_TRUE(source->read({}));
+    tell(word);
+    const auto frame = read_past_loss(*source);
+    ASSERT_TRUE(frame) << word;
+    EXPECT_THAT(why_lost(), StartsWith(told));
+    EXPECT_FALSE(frame->depth.empty());
+    EXPECT_EQ(events_.back().state, DeviceState::kRunning);
+  }
+}
+
+TEST_F(OpenNi2DeviceTest, ItDoesNotRunAgainBeforeBothStreamsDo) {
+  const auto source = watch("openni2://", "nodepth");
+  ASSERT_TRUE(source->read({}));
+  tell("nodepth");
+  std::stop_source stop;
+  const std::jthread later([&] {
+    std::this_thread::sleep_for(std::chrono::seconds(2));
+    stop.request_stop();
+  });
+  while (source->read(stop.get_token())) continue;
+  EXPECT_EQ(events_.back().state, DeviceState::kLost) << "colour alone is not what was asked for";
+  tell("");
+  const auto frame = source->read({});
+  ASSERT_TRUE(frame);
+  EXPECT_FALSE(frame->depth.empty());
+}
+
 TEST_F(OpenNi2DeviceTest, ACrashOfTheLibraryIsALossAndNoMore) {
   const auto source = watch("openni2://");
   (void)source->read({});
