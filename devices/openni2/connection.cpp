@@ -73,6 +73,7 @@ void Connection::take(const Picture& picture) {
   const auto& all = opened_.streams;
   const auto stream = std::find(all.begin(), all.end(), picture.mode);
   if (stream == all.end()) mad("a picture is of no stream that is open");
+  ++all_pictures_;
   ++pictures_[static_cast<std::size_t>(stream - all.begin())];
   const auto pixels = helper_.pixels(picture);
   pairing_->add({picture.mode, picture.index, picture.time_us, {pixels.begin(), pixels.end()}});

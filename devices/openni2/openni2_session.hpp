@@ -27,7 +27,8 @@ class Session final : public DeviceSession {
   [[nodiscard]] const SourceInfo& info() const override { return info_; }
   /// OpenNI2 counts microseconds from when it pleases.
   [[nodiscard]] bool stamps_with_host_clock() const override { return false; }
-  /// The newest moment that is there; the numbers of older ones that waited are missing. The first one comes when every
+  /// The newest moment that is there; the numbers of older ones that waited are missing. Where pictures waited in every
+  /// place there is, those that came since found none, and a new one is waited for. The first one comes when every
   /// stream has begun.
   /// @throws DeviceLost also where one of two streams is silent for as long as DeviceSource lets a device be.
   [[nodiscard]] std::optional<DeviceFrame> wait(Nanoseconds patience) override;
@@ -38,7 +39,8 @@ class Session final : public DeviceSession {
   [[nodiscard]] pid_t helper() { return connection_->helper().process(); }
 
  private:
-  [[nodiscard]] std::optional<Moment> hear(Nanoseconds patience);
+  [[nodiscard]] bool hear(Nanoseconds patience);
+  [[nodiscard]] std::optional<Moment> newest(Nanoseconds patience);
 
   const Clock& clock_;
   std::string name_;

@@ -132,6 +132,19 @@ TEST_F(OpenNi2DeviceTest, OneThatFallsSilentIsLostWithinASecond) {
   EXPECT_THAT(why_lost(), HasSubstr("no frame for 0."));
 }
 
+TEST_F(OpenNi2DeviceTest, AfterAPauseTheNextFrameIsYoung) {
+  const auto source = open("openni2://");
+  for (int k = 0; k < 5; ++k) ASSERT_TRUE(source->read({}));
+  std::this_thread::sleep_for(std::chrono::seconds(2));  // Long enough to fill every place there is.
+  for (int k = 0; k < 3; ++k) {
+    const auto frame = source->read({});
+    ASSERT_TRUE(frame);
+    EXPECT_LT(clock_.now() - frame->device_time, std::chrono::milliseconds(300));
+    EXPECT_FALSE(frame->depth.empty());
+  }
+  EXPECT_THAT(source->warnings(), IsEmpty()) << "nor was it lost";
+}
+
 TEST_F(OpenNi2DeviceTest, OneStreamThatFallsSilentIsALossThoughTheOtherGoesOn) {
   for (const auto& [word, told] : {std::pair{"nodepth", "the depth stream is silent: no picture for 0."},
                                    std::pair{"nocolour", "the colour stream is silent: no picture for 0."}}) {
