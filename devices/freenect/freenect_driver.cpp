@@ -60,6 +60,7 @@ std::unique_ptr<Source> open(const SourceUri& uri, SettingReader& settings, cons
                              const Clock& clock) {
   auto wish = std::make_shared<Wish>(take_wish(uri, settings));
   wish->keep_raw = options.keep_raw;
+  wish->every_frame = options.every_frame;
   DeviceOptions device;
   device.on_event = options.on_event;
   const auto open_session = [wish, &clock]() -> std::unique_ptr<DeviceSession> {

@@ -2,9 +2,8 @@
 // Reads a freenect SOURCE and says what came, line by line: a process of its own, whose libfreenect is whichever the
 // environment names.
 //
-//   freenect_probe SOURCE FRAMES SECONDS [MILLISECONDS]   until there were so many or so long, pausing after each frame
-//   freenect_probe SOURCE cycle COUNT                     opens and closes so many times
-//   freenect_probe list
+//   freenect_probe SOURCE FRAMES SECONDS [MILLISECONDS [every]]   until there were so many or so long, pausing after
+//   each freenect_probe SOURCE cycle COUNT                     opens and closes so many times freenect_probe list
 #include <chrono>
 #include <condition_variable>
 #include <cstdio>
@@ -55,6 +54,7 @@ int run(int count, char** words) {
   registry.add(driver);
   devices::OpenOptions options;
   options.keep_raw = true;
+  options.every_frame = count > 5 && std::string(words[5]) == "every";
   options.on_event = [](const devices::DeviceEvent& event) {
     say(fmt::format("event {} {}", devices::name_of(event.state), event.why));
   };
