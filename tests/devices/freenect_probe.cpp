@@ -17,6 +17,7 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "devices/freenect/freenect_driver.hpp"
 #include "devices/kinect_fixture.hpp"
 #include "pipeline/steady_clock.hpp"
@@ -45,7 +46,13 @@ int run(int count, char** words) {
   const std::string source = words[1];
   if (source == "list") {
     const auto list = driver.list();
-    for (const auto& device : list.devices) say(fmt::format("device {} {}", device.source, device.trouble));
+    for (const auto& device : list.devices) {
+      say(fmt::format("device {} {}", device.source, device.trouble));
+      for (const auto& [name, choices, least, most, unit, fallback] : device.settings) {
+        say(choices.empty() ? fmt::format("setting {} {:g} {:g} {}", name, least, most, unit)
+                            : fmt::format("setting {} {}", name, join(choices, ",")));
+      }
+    }
     if (!list.trouble.empty()) say("trouble " + list.trouble + " / " + list.remedy);
     return 0;
   }

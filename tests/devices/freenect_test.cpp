@@ -6,11 +6,15 @@
 #include <algorithm>
 
 #include <filesystem>
+#include <future>
 #include <map>
+#include <memory>
 #include <sstream>
+#include <stdexcept>
 
 #include <gmock/gmock.h>
 
+#include "devices/freenect/bounded_list.hpp"
 #include "devices/freenect/pairing.hpp"
 #include "devices/kinect_fixture.hpp"
 #include "support/program.hpp"
@@ -180,6 +184,30 @@ TEST(TickClock, TicksThatStandStillOrJumpAreNotBelieved) {
   EXPECT_EQ(clock.time(7, 33ms), 33ms);
   EXPECT_EQ(clock.time(4'000'000'000U, 66ms), 66ms);
   EXPECT_EQ(clock.time(4'000'000'000U + 2'000'000U, 99ms), 66ms + 33'333'333ns) << "and believed again";
+}
+
+TEST(FreenectList, ALookThatTakesTooLongIsGivenUp) {
+  const auto let_go = std::make_shared<std::promise<void>>();
+  const auto before = std::chrono::steady_clock::now();
+  const auto list = list_within(100ms, [waiting = let_go->get_future().share()] {
+    waiting.wait();
+    return DeviceList();
+  });
+  EXPECT_LT(std::chrono::steady_clock::now() - before, 5s);
+  EXPECT_THAT(list.devices, IsEmpty());
+  EXPECT_THAT(list.trouble, HasSubstr("hangs"));
+  let_go->set_value();
+}
+
+TEST(FreenectList, WhatIsToldInTimeIsPassedOn) {
+  const auto list = list_within(60s, [] {
+    DeviceList one;
+    one.devices.push_back({"freenect://1", {}, {}, {}, {}, {}, {}});
+    return one;
+  });
+  ASSERT_EQ(list.devices.size(), 1U);
+  EXPECT_EQ(list.devices[0].source, "freenect://1");
+  EXPECT_EQ(list_within(60s, []() -> DeviceList { throw std::runtime_error("broken"); }).trouble, "broken");
 }
 
 // What the probe said.
@@ -396,7 +424,10 @@ TEST_F(Fakenect, WhatItHasNotOrNobodyHasIsRefused) {
 
 TEST_F(Fakenect, TheFakeIsListedAsOne) {
   write(1);
-  EXPECT_THAT(probe({"list"}).outcome.out, HasSubstr("device freenect:// \n"));
+  EXPECT_THAT(probe({"list"}).outcome.out,
+              AllOf(HasSubstr("device freenect:// \n"), HasSubstr("setting led unchanged,off,green"),
+                    HasSubstr("setting tilt -30 30 degrees"), HasSubstr("setting video rgb,ir"),
+                    HasSubstr("setting depth registered,raw,off")));
 }
 
 class RealLibrary : public Fakenect {
