@@ -89,8 +89,8 @@ std::unique_ptr<Source> open(const SourceUri& uri, SettingReader& settings, cons
   device.on_event = options.on_event;
   device.retry = std::chrono::milliseconds(500);  // Each attempt is a process, and a look at every USB port.
   const auto open_session = [request, name = uri.text, keep_raw = options.keep_raw, stop = options.stop, patience,
-                             &clock]() -> std::unique_ptr<DeviceSession> {
-    auto session = std::make_unique<openni2::Session>(*request, name, keep_raw, clock, patience, stop);
+                             every_frame = options.every_frame, &clock]() -> std::unique_ptr<DeviceSession> {
+    auto session = std::make_unique<openni2::Session>(*request, name, keep_raw, clock, patience, stop, every_frame);
     // From now on this device is meant, whatever port it comes back at: a URI names the port.
     const auto& is = session->device();
     request->location = is.serial.empty() ? is.uri : is.serial;

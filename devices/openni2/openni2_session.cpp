@@ -22,8 +22,8 @@ void throw_refusal(const Refusal& refusal, const std::string& where) {
 }
 
 Session::Session(const Request& request, const std::string& name, bool keep_raw, const Clock& clock,
-                 Nanoseconds patience, const std::stop_token& stop)
-    : clock_(clock), name_(name), maker_(keep_raw) {
+                 Nanoseconds patience, const std::stop_token& stop, bool every_frame)
+    : clock_(clock), name_(name), maker_(keep_raw), every_frame_(every_frame) {
   try {
     connection_.emplace(request, Descriptor(), patience, stop);
   } catch (const Refusal& refusal) {
@@ -44,15 +44,22 @@ bool Session::hear(Nanoseconds patience) {
   return heard == Connection::Heard::kSomething;
 }
 
-std::optional<Moment> Session::newest(Nanoseconds patience) {
+std::optional<Moment> Session::next(Nanoseconds patience) {
   const auto until = clock_.now() + patience;
-  const auto before = connection_->pictures();
-  for (std::uint32_t k = 0; k < kMostAtOnce && hear(Nanoseconds{0}); ++k) continue;
-  if (connection_->pictures() - before >= kSlots) connection_->forget();
-  for (std::optional<Moment> newest;;) {
-    while (auto moment = connection_->next()) newest = std::move(moment);
+  if (!every_frame_) {
+    const auto before = connection_->pictures();
+    for (std::uint32_t k = 0; k < kMostAtOnce && hear(Nanoseconds{0}); ++k) continue;
+    if (connection_->pictures() - before >= kSlots) connection_->forget();
+  }
+  for (;;) {
+    auto found = connection_->next();
+    while (found && !every_frame_) {
+      auto newer = connection_->next();
+      if (!newer) break;
+      found = std::move(newer);
+    }
     const auto left = until - clock_.now();
-    if (newest || left <= Nanoseconds{0}) return newest;
+    if (found || left <= Nanoseconds{0}) return found;
     (void)hear(left);
   }
 }
@@ -61,7 +68,7 @@ std::optional<DeviceFrame> Session::wait(Nanoseconds patience) {
   watch_->begin(clock_.now());
   std::optional<Moment> moment;
   try {
-    moment = newest(patience);
+    moment = next(patience);
   } catch (const Refusal& refusal) {
     throw DeviceLost(refusal.what());
   } catch (const HelperGone& gone) {

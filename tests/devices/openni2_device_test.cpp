@@ -145,6 +145,24 @@ TEST_F(OpenNi2DeviceTest, AfterAPauseTheNextFrameIsYoung) {
   EXPECT_THAT(source->warnings(), IsEmpty()) << "nor was it lost";
 }
 
+TEST_F(OpenNi2DeviceTest, AShortPauseLosesNothingWhereEveryFrameIsWanted) {
+  devices::OpenOptions options;
+  options.every_frame = true;
+  const auto source = open("openni2://", options);
+  devices::FramePtr last;
+  for (int k = 0; k < 20; ++k) {
+    const auto frame = source->read({});
+    ASSERT_TRUE(frame);
+    // What waited while the first was read may have been too much.
+    if (k > 5) {
+      EXPECT_EQ((picture_number(frame->bgr) + 256 - picture_number(last->bgr)) % 256, 1);
+      EXPECT_EQ(frame->sequence, last->sequence + 1);
+    }
+    if (k == 10) std::this_thread::sleep_for(std::chrono::milliseconds(130));
+    last = frame;
+  }
+}
+
 TEST_F(OpenNi2DeviceTest, OneStreamThatFallsSilentIsALossThoughTheOtherGoesOn) {
   for (const auto& [word, told] : {std::pair{"nodepth", "the depth stream is silent: no picture for 0."},
                                    std::pair{"nocolour", "the colour stream is silent: no picture for 0."}}) {
