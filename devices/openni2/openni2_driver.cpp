@@ -23,6 +23,9 @@ using openni2::Action;
 using openni2::Request;
 using openni2::Video;
 
+// In the order of Video.
+const std::vector<std::string> kVideos = {"any", "rgb", "ir", "off"};
+constexpr int kMostFps = 1000;
 constexpr Nanoseconds kListing = std::chrono::seconds(5);
 
 bool ends_as_recording(const std::string& path) {
@@ -60,7 +63,6 @@ void take_size(SettingReader& settings, Request& request) {
 }
 
 void take_streams(SettingReader& settings, Request& request, const std::string& source) {
-  static const std::vector<std::string> kVideos = {"any", "rgb", "ir", "off"};
   const auto video = settings.take_choice("video", "any", kVideos);
   request.video = static_cast<Video>(std::find(kVideos.begin(), kVideos.end(), video) - kVideos.begin());
   request.depth = settings.take_flag("depth", true);
@@ -82,7 +84,7 @@ std::unique_ptr<Source> open(const SourceUri& uri, SettingReader& settings, cons
   request->action = Action::kDevice;
   request->location = uri.location;
   take_size(settings, *request);
-  request->fps = static_cast<std::uint32_t>(settings.take_integer("fps", 0, 0, 1000));
+  request->fps = static_cast<std::uint32_t>(settings.take_integer("fps", 0, 0, kMostFps));
   request->registered = settings.take_flag("registration", true);
   settings.refuse_the_rest();
   DeviceOptions device;
@@ -123,6 +125,12 @@ DeviceEntry entry_of(const openni2::DeviceFound& found) {
   entry.trouble = found.trouble;
   if (!entry.trouble.empty())
     entry.remedy = "close other programs that use it, and see that /dev/bus/usb may be written to";
+  static const std::vector<std::string> kFlag = {"on", "off"};
+  entry.settings = {{"video", kVideos, 0, 0, "", kVideos.front()},
+                    {"depth", kFlag, 0, 0, "", kFlag.front()},
+                    {"size", {}, 1, openni2::kMostSide, "pixels a side, such as 640x480", ""},
+                    {"fps", {}, 1, kMostFps, "Hz", ""},
+                    {"registration", kFlag, 0, 0, "", kFlag.front()}};
   return entry;
 }
 
