@@ -25,12 +25,22 @@ struct DeviceControl {
   std::vector<std::pair<std::int64_t, std::string>> choices;  ///< Of a menu: number and text.
 };
 
+/// What a SOURCE can be told beside the device's own controls.
+struct DeviceSetting {
+  std::string name;                  ///< "led"
+  std::vector<std::string> choices;  ///< Words; empty for a number.
+  double least = 0, most = 0;        ///< Of a number.
+  std::string unit;                  ///< Of a number: "degrees upwards".
+  std::string fallback;              ///< Where it is not named; empty where it is then left as it is.
+};
+
 struct DeviceEntry {
   std::string source;  ///< The SOURCE that opens it, by a name that stays the same when it is plugged in elsewhere or
                        ///< among others.
   std::string name;    ///< "HD Pro Webcam C920"
   std::vector<DeviceMode> modes;
   std::vector<DeviceControl> controls;
+  std::vector<DeviceSetting> settings;
   std::string trouble;  ///< What keeps it from being used, one line; empty where nothing does.
   std::string remedy;   ///< What to install or do, one line.
 };

@@ -19,7 +19,8 @@ struct OpenOptions {
   int threads = 0;              ///< Decoder threads; 0 lets the driver choose. Never changes what is delivered.
   std::stop_token stop = {};    ///< Ends a wait inside opening or reading.
   OnDeviceEvent on_event = {};  ///< Told what becomes of a device; may be empty.
-  bool every_frame = false;     ///< Of a device: frames that waited are delivered too, not the newest alone.
+  bool every_frame = false;     ///< Of a device: frames that waited are delivered too, as far as the driver has room
+                                ///< for them (a few: a short pause loses nothing), not the newest alone.
   bool keep_raw = false;        ///< Frames carry what the device gave (Frame::raw_colour, raw_depth).
 };
 

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "devices/freenect/freenect_driver.hpp"
 
+#include <algorithm>
 #include <memory>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "devices/freenect/bounded_list.hpp"
 #include "devices/freenect/freenect_library.hpp"
 #include "devices/freenect/freenect_session.hpp"
 #include "devices/media/kinect_depth.hpp"
@@ -17,28 +21,23 @@ namespace {
 using freenect::DepthView;
 using freenect::Wish;
 
-constexpr std::string_view kLeaveAlone = "unchanged";
+constexpr Nanoseconds kListing = std::chrono::seconds(5);
+
+// The first of each is what is taken where none is named.
+const std::vector<std::string> kVideos = {"rgb", "ir"};
+const std::vector<std::string> kViews = {"registered", "raw", "off"};
+const std::vector<std::string> kLeds = {"unchanged", "off",         "green",           "red",
+                                        "yellow",    "blink-green", "blink-red-yellow"};
+constexpr int kLedNumbers[] = {-1, LED_OFF, LED_GREEN, LED_RED, LED_YELLOW, LED_BLINK_GREEN, LED_BLINK_RED_YELLOW};
+constexpr double kMostTilt = 30;
 
 std::optional<int> take_led(SettingReader& settings) {
-  static const std::vector<std::pair<std::string, int>> kLeds = {{std::string(kLeaveAlone), -1},
-                                                                 {"off", LED_OFF},
-                                                                 {"green", LED_GREEN},
-                                                                 {"red", LED_RED},
-                                                                 {"yellow", LED_YELLOW},
-                                                                 {"blink-green", LED_BLINK_GREEN},
-                                                                 {"blink-red-yellow", LED_BLINK_RED_YELLOW}};
-  std::vector<std::string> names;
-  for (const auto& led : kLeds) names.push_back(led.first);
-  const auto chosen = settings.take_choice("led", std::string(kLeaveAlone), names);
-  for (const auto& [name, number] : kLeds) {
-    if (name == chosen && number >= 0) return number;
-  }
-  return std::nullopt;
+  const auto chosen = settings.take_choice("led", kLeds.front(), kLeds);
+  const int number = kLedNumbers[std::find(kLeds.begin(), kLeds.end(), chosen) - kLeds.begin()];
+  return number < 0 ? std::nullopt : std::optional(number);
 }
 
 Wish take_wish(const SourceUri& uri, SettingReader& settings) {
-  static const std::vector<std::string> kVideos = {"rgb", "ir"};
-  static const std::vector<std::string> kViews = {"registered", "raw", "off"};
   Wish wish;
   wish.serial = uri.location;
   wish.infrared = settings.take_choice("video", "rgb", kVideos) == "ir";
@@ -50,7 +49,7 @@ Wish take_wish(const SourceUri& uri, SettingReader& settings) {
   wish.depth = view == "off" ? DepthView::kOff : (view == "raw" ? DepthView::kRaw : DepthView::kRegistered);
   wish.led = take_led(settings);
   const bool tilts = uri.settings.contains("tilt");
-  const double tilt = settings.take_number("tilt", 0, -30, 30);
+  const double tilt = settings.take_number("tilt", 0, -kMostTilt, kMostTilt);
   if (tilts) wish.tilt = tilt;
   settings.refuse_the_rest();
   return wish;
@@ -60,6 +59,7 @@ std::unique_ptr<Source> open(const SourceUri& uri, SettingReader& settings, cons
                              const Clock& clock) {
   auto wish = std::make_shared<Wish>(take_wish(uri, settings));
   wish->keep_raw = options.keep_raw;
+  wish->every_frame = options.every_frame;
   DeviceOptions device;
   device.on_event = options.on_event;
   device.stop = options.stop;
@@ -79,6 +79,10 @@ DeviceEntry entry_of(const std::string& serial) {
   entry.name = "Kinect v1";
   entry.modes = {
       {"RGB", kKinectSize, {kKinectFps}}, {"IR", kKinectSize, {kKinectFps}}, {"depth", kKinectSize, {kKinectFps}}};
+  entry.settings = {{"video", kVideos, 0, 0, "", kVideos.front()},
+                    {"depth", kViews, 0, 0, "", kViews.front()},
+                    {"led", kLeds, 0, 0, "", kLeds.front()},
+                    {"tilt", {}, -kMostTilt, kMostTilt, "degrees upwards", ""}};
   return entry;
 }
 
@@ -114,7 +118,7 @@ Driver freenect_driver(const Clock& clock) {
   driver.open = [&clock](const SourceUri& uri, SettingReader& settings, const OpenOptions& options) {
     return open(uri, settings, options, clock);
   };
-  driver.list = list;
+  driver.list = [] { return freenect::list_within(kListing, list); };
   return driver;
 }
 

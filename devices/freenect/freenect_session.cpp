@@ -69,10 +69,11 @@ using Device = std::unique_ptr<freenect_device, CloseDevice>;
 // What the session and the library's thread share.
 struct Session::Shared {
   Shared(const Wish& w, const Clock& c, std::size_t colour_bytes, std::size_t depth_bytes)
-      : wish(w), clock(c), last_turn(c.now().count()), pairing(colour_bytes, depth_bytes) {
-    colour.bytes.resize(colour_bytes);
-    depth.bytes.resize(depth_bytes);
-  }
+      : wish(w),
+        clock(c),
+        last_turn(c.now().count()),
+        pairing(colour_bytes, depth_bytes),
+        pairs(w.every_frame ? kMostWaiting : 1, colour_bytes, depth_bytes) {}
 
   // Called back by the library, in its thread.
   static void on_video(freenect_device* device, void* bytes, std::uint32_t ticks) noexcept;
@@ -98,9 +99,7 @@ struct Session::Shared {
   std::optional<Error> refused;
   std::string serial;
   std::vector<std::string> warnings;
-  bool fresh = false;
-  Shot colour;
-  Shot depth;
+  PairQueue pairs;
 };
 
 void Session::Shared::on_video(freenect_device* device, void* bytes, std::uint32_t ticks) noexcept {
@@ -117,9 +116,7 @@ void Session::Shared::publish() noexcept {
   {
     // Whoever else holds this swaps some pointers, too.
     const std::scoped_lock lock(mutex);
-    std::swap(colour, pairing.colour);
-    std::swap(depth, pairing.depth);
-    fresh = true;
+    pairs.put(pairing.colour, pairing.depth);
   }
   changed.notify_all();
 }
@@ -189,7 +186,7 @@ void Session::stream(Shared& shared) {
   freenect_set_user(device.get(), &shared);
 
   const auto video = video_mode(wish.infrared ? FREENECT_VIDEO_IR_8BIT : FREENECT_VIDEO_RGB);
-  if (!video || static_cast<std::size_t>(video->bytes) != shared.colour.bytes.size()) {
+  if (!video || static_cast<std::size_t>(video->bytes) != shared.pairing.colour.bytes.size()) {
     throw usage_error(fmt::format("this libfreenect gives no {} of 640x480", wish.infrared ? "infrared" : "colour"));
   }
   const auto broke = [&](const char* what) {
@@ -202,7 +199,7 @@ void Session::stream(Shared& shared) {
     auto depth = wish.depth == DepthView::kRegistered ? depth_mode(FREENECT_DEPTH_REGISTERED) : std::nullopt;
     shared.registers = depth.has_value();
     if (!depth) depth = depth_mode(FREENECT_DEPTH_11BIT);
-    if (!depth || static_cast<std::size_t>(depth->bytes) != shared.depth.bytes.size()) {
+    if (!depth || static_cast<std::size_t>(depth->bytes) != shared.pairing.depth.bytes.size()) {
       throw usage_error("this libfreenect gives no depth of 640x480");
     }
     freenect_set_depth_callback(device.get(), Shared::on_depth);
@@ -274,7 +271,7 @@ Session::Session(const Wish& wish, const Clock& clock, const std::stop_token& st
     const bool with_motor = wish.led || wish.tilt;
     answered = shared_->changed.wait_for(lock, stop, with_motor ? kOpeningWithMotor : kOpening,
                                          [&] { return shared_->streaming || shared_->over; });
-    over = shared_->over && !shared_->fresh;
+    over = shared_->over && shared_->pairs.empty();
   }
   if (answered && !over) return;
   end(stop.stop_requested() ? Nanoseconds(kClosingInterrupted) : kClosing);
@@ -316,13 +313,9 @@ std::optional<DeviceFrame> Session::wait(Nanoseconds patience) {
   bool over = false;
   {
     std::unique_lock lock(shared_->mutex);
-    const auto ready = [&] { return shared_->fresh || shared_->over; };
+    const auto ready = [&] { return !shared_->pairs.empty() || shared_->over; };
     if (!shared_->changed.wait_for(lock, patience, ready)) return std::nullopt;
-    over = !std::exchange(shared_->fresh, false);
-    if (!over) {
-      std::swap(colour_, shared_->colour);
-      std::swap(depth_, shared_->depth);
-    }
+    over = !shared_->pairs.take(colour_, depth_);
   }
   if (over) tell_why();
 

@@ -2,6 +2,7 @@
 // Streams from a first Kinect through libfreenect, in a thread of its own.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -25,12 +26,15 @@ struct Wish {
   std::optional<int> led;      ///< freenect_led_options; left alone where nothing.
   std::optional<double> tilt;  ///< Degrees upwards; likewise.
   bool keep_raw = false;       ///< As OpenOptions.
+  bool every_frame = false;    ///< Likewise.
 };
 
 /// Every call to the library comes from one thread, "freenect". Its callbacks copy a picture and swap buffers, nothing
 /// else. Should the library not come back from a call, the thread is given up and the session ends all the same.
 class Session final : public DeviceSession {
  public:
+  static constexpr std::size_t kMostWaiting = 8;
+
   /// @param stop  ends the wait for it.
   /// @throws DeviceLost where it is not there, does not answer or stop is requested; Error (usage) where it may not be
   ///   opened, or the library lacks what is wanted. A motor or an LED that cannot be had is a warning.
@@ -41,7 +45,8 @@ class Session final : public DeviceSession {
   /// Empty where the library cannot tell.
   [[nodiscard]] std::string serial() const;
   [[nodiscard]] bool stamps_with_host_clock() const override { return false; }
-  /// The newest pair; those it replaced show as a gap in its number.
+  /// The newest pair, or with `Wish::every_frame` the oldest of the last `kMostWaiting`; those that were replaced show
+  /// as a gap in its number.
   [[nodiscard]] std::optional<DeviceFrame> wait(Nanoseconds patience) override;
   [[nodiscard]] std::vector<std::string> take_warnings() override;
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "devices/freenect/pairing.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -9,6 +11,15 @@ namespace {
 
 // 60 MHz: 50 ns are 3 ticks.
 constexpr Nanoseconds of_ticks(std::int64_t ticks) { return Nanoseconds{ticks * 50 / 3}; }
+
+constexpr double kFps = 30;
+
+// What the ticks say has passed; nothing where that is not what has passed on the host.
+std::optional<Nanoseconds> passed_by(std::uint32_t ticks, std::uint32_t since, Nanoseconds passed) {
+  const auto told = of_ticks(ticks - since);
+  if (told <= Nanoseconds{0} || std::chrono::abs(told - passed) > TickClock::kMostOff) return std::nullopt;
+  return told;
+}
 
 void fill(Shot& shot, const void* bytes, std::uint32_t ticks, std::uint32_t counter, Nanoseconds arrival) noexcept {
   std::memcpy(shot.bytes.data(), bytes, shot.bytes.size());
@@ -25,16 +36,27 @@ Pairing::Pairing(std::size_t colour_bytes, std::size_t depth_bytes) : with_depth
 }
 
 bool Pairing::add_colour(const void* bytes, std::uint32_t ticks, Nanoseconds arrival) noexcept {
-  fill(colour, bytes, ticks, colours_++, arrival);
-  colour_waits_ = true;
-  if (with_depth_ && depths_ > 0 && ++alone_ > kPatience && !by_arrival_) by_arrival_ = true;
+  fill(colour, bytes, ticks, next_number(ticks, arrival), arrival);
+  last_ticks_ = ticks;
+  last_number_ = colour.counter;
+  last_arrival_ = arrival;
+  colour_waits_ = colour_came_ = true;
+  if (with_depth_ && depth_came_ && ++alone_ > kPatience && !by_arrival_) by_arrival_ = true;
   return complete();
 }
 
 bool Pairing::add_depth(const void* bytes, std::uint32_t ticks, Nanoseconds arrival) noexcept {
-  fill(depth, bytes, ticks, depths_++, arrival);
-  depth_waits_ = true;
+  fill(depth, bytes, ticks, 0, arrival);
+  depth_waits_ = depth_came_ = true;
   return complete();
+}
+
+// A picture that is lost on the way is called back for by nobody: only its time is missing.
+std::uint32_t Pairing::next_number(std::uint32_t ticks, Nanoseconds arrival) const noexcept {
+  if (!colour_came_) return 0;
+  const auto passed = passed_by(ticks, last_ticks_, arrival - last_arrival_);
+  const auto frames = passed ? std::lround(to_seconds(*passed) * kFps) : 1;
+  return last_number_ + static_cast<std::uint32_t>(std::max(frames, 1L));
 }
 
 bool Pairing::complete() noexcept {
@@ -53,12 +75,36 @@ bool Pairing::complete() noexcept {
   return true;
 }
 
+PairQueue::PairQueue(std::size_t places, std::size_t colour_bytes, std::size_t depth_bytes) : pairs_(places) {
+  for (auto& pair : pairs_) {
+    pair.colour.bytes.resize(colour_bytes);
+    pair.depth.bytes.resize(depth_bytes);
+  }
+}
+
+void PairQueue::put(Shot& colour, Shot& depth) noexcept {
+  if (waiting_ == pairs_.size()) {
+    first_ = (first_ + 1) % pairs_.size();
+    --waiting_;
+  }
+  auto& place = pairs_[(first_ + waiting_++) % pairs_.size()];
+  std::swap(place.colour, colour);
+  std::swap(place.depth, depth);
+}
+
+bool PairQueue::take(Shot& colour, Shot& depth) noexcept {
+  if (empty()) return false;
+  std::swap(colour, pairs_[first_].colour);
+  std::swap(depth, pairs_[first_].depth);
+  first_ = (first_ + 1) % pairs_.size();
+  --waiting_;
+  return true;
+}
+
 Nanoseconds TickClock::time(std::uint32_t ticks, Nanoseconds arrival) {
   if (time_) {
     const auto passed = arrival - arrival_;
-    const auto told = of_ticks(ticks - ticks_);
-    const bool plausible = told > Nanoseconds{0} && std::chrono::abs(told - passed) <= kMostOff;
-    *time_ += plausible ? told : passed;
+    *time_ += passed_by(ticks, ticks_, passed).value_or(passed);
   } else {
     time_ = Nanoseconds{0};
   }

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "core/time.hpp"
@@ -16,7 +15,7 @@ namespace choreo::devices::freenect {
 struct Shot {
   std::vector<std::uint8_t> bytes;
   std::uint32_t ticks = 0;    ///< Of the Kinect's clock of 60 MHz, which wraps after 71 s.
-  std::uint32_t counter = 0;  ///< How many there were of its stream before it.
+  std::uint32_t counter = 0;  ///< How many frame times its stream's first is ago: a gap is a picture that was lost.
   Nanoseconds arrival{0};     ///< On the host's monotonic clock.
 };
 
@@ -47,14 +46,39 @@ class Pairing {
 
  private:
   bool complete() noexcept;
+  [[nodiscard]] std::uint32_t next_number(std::uint32_t ticks, Nanoseconds arrival) const noexcept;
 
   bool with_depth_;
   bool colour_waits_ = false;
   bool depth_waits_ = false;
   bool by_arrival_ = false;
-  std::uint32_t colours_ = 0;
-  std::uint32_t depths_ = 0;
+  bool colour_came_ = false;
+  std::uint32_t last_ticks_ = 0, last_number_ = 0;  // Of the last colour picture.
+  Nanoseconds last_arrival_{0};
+  bool depth_came_ = false;
   int alone_ = 0;  // Colour pictures in a row whose partner did not come, though depth did.
+};
+
+/// Pairs that wait to be taken, the oldest first. Where there is no place left the oldest is lost.
+/// @thread thread-bound
+class PairQueue {
+ public:
+  /// @param places  at least 1.
+  PairQueue(std::size_t places, std::size_t colour_bytes, std::size_t depth_bytes);
+
+  [[nodiscard]] bool empty() const { return waiting_ == 0; }
+  /// Both swap buffers, which must be of the sizes told; never allocate.
+  void put(Shot& colour, Shot& depth) noexcept;
+  /// @return whether there was one.
+  bool take(Shot& colour, Shot& depth) noexcept;
+
+ private:
+  struct Pair {
+    Shot colour, depth;
+  };
+  std::vector<Pair> pairs_;
+  std::size_t first_ = 0;
+  std::size_t waiting_ = 0;
 };
 
 /// The Kinect's time from its ticks; where they do not go on as the host's clock does, by more than `kMostOff` from one

@@ -42,7 +42,7 @@ std::string libav_error_text(int code) {
 }
 
 std::optional<Nanoseconds> libav_time(std::int64_t units, AVRational time_base) {
-  constexpr std::int64_t kMost = 200LL * 366 * 24 * 3600 * 1'000'000'000;
+  constexpr std::int64_t kMost = 100LL * 366 * 24 * 3600 * 1'000'000'000;
   if (units == AV_NOPTS_VALUE || time_base.num <= 0 || time_base.den <= 0) return std::nullopt;
   const auto ns = av_rescale_q(units, time_base, AVRational{1, 1'000'000'000});
   if (ns > kMost || ns < -kMost) return std::nullopt;

@@ -30,8 +30,8 @@ using Libav = std::unique_ptr<T, LibavDeleter>;
 /// "Invalid data found when processing input" for AVERROR_INVALIDDATA, and so on.
 [[nodiscard]] std::string libav_error_text(int code);
 
-/// A count of time-base units as nanoseconds; nothing where it is missing (AV_NOPTS_VALUE) or beyond 200 years, which
-/// only a damaged file says.
+/// A count of time-base units as nanoseconds; nothing where it is missing (AV_NOPTS_VALUE) or beyond 100 years, which
+/// only a damaged file says. The difference of any two fits as well.
 [[nodiscard]] std::optional<Nanoseconds> libav_time(std::int64_t units, AVRational time_base);
 
 /// Keeps FFmpeg from writing to stderr, for the whole process; what it would have said is kept for

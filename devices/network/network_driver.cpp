@@ -80,6 +80,7 @@ std::unique_ptr<Source> open(const SourceUri& uri, SettingReader& settings, cons
   settings.refuse_the_rest();
   wish.threads = options.threads;
   wish.keep_raw = options.keep_raw;
+  wish.every_frame = options.every_frame;
 
   DeviceOptions device;
   device.on_event = options.on_event;

@@ -3,6 +3,7 @@
 
 #include <pthread.h>
 
+#include <deque>
 #include <exception>
 #include <utility>
 
@@ -30,7 +31,7 @@ struct Reader::State {
   std::mutex mutex;
   std::condition_variable changed;
   const Clock* clock = nullptr;  // Null once the owner has gone.
-  std::optional<Picture> newest;
+  std::deque<Picture> waiting;
   Facts facts;
   std::uint64_t damaged = 0;
   std::optional<Ending> ending;
@@ -41,10 +42,14 @@ struct Reader::State {
   }
 
   void put(Picture picture, std::uint64_t damaged_so_far) {
-    std::optional<Picture> old(std::move(picture));  // Freed without the lock.
+    std::optional<Picture> old;  // Freed without the lock.
     {
       const std::scoped_lock lock(mutex);
-      std::swap(newest, old);
+      waiting.push_back(std::move(picture));
+      if (waiting.size() > (wish.every_frame ? kMostWaiting : 1)) {
+        old = std::move(waiting.front());
+        waiting.pop_front();
+      }
       damaged = damaged_so_far;
     }
     changed.notify_all();
@@ -107,8 +112,12 @@ void Reader::run(State& state) {
 
 std::optional<Picture> Reader::take(Nanoseconds patience) {
   std::unique_lock lock(state_->mutex);
-  state_->changed.wait_for(lock, patience, [this] { return state_->newest || state_->ending; });
-  if (state_->newest) return std::exchange(state_->newest, std::nullopt);
+  state_->changed.wait_for(lock, patience, [this] { return !state_->waiting.empty() || state_->ending; });
+  if (!state_->waiting.empty()) {
+    std::optional<Picture> oldest(std::move(state_->waiting.front()));
+    state_->waiting.pop_front();
+    return oldest;
+  }
   if (!state_->ending || state_->ending->kind == Ending::Kind::kRecording) return std::nullopt;
   const auto ending = *state_->ending;
   lock.unlock();

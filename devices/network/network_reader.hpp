@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// A thread that reads a camera on the network without pause, and keeps its newest picture.
+// A thread that reads a camera on the network without pause, and keeps its newest picture, or a few.
 #pragma once
 
 #include <condition_variable>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -24,17 +25,20 @@ struct Facts {
 
 /// Connects and reads in a thread of its own, named "network", until it is destroyed or the stream ends.
 ///
-/// Newer pictures replace those that nobody took. Destroying ends within a fraction of a second, whatever the peer
+/// Newer pictures replace those that nobody took; where the wish is every frame, only those before the last
+/// `kMostWaiting`. Destroying ends within a fraction of a second, whatever the peer
 /// does: where the thread hangs in the name resolver, which nothing can interrupt, it is left to end by itself.
 /// @thread thread-safe
 class Reader {
  public:
+  static constexpr std::size_t kMostWaiting = 8;
+
   Reader(const Wish& wish, const Clock& clock);
   ~Reader();
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;
 
-  /// The newest picture, once; nothing where none came within `patience` or `is_recording`.
+  /// The oldest picture that waits, once; nothing where none came within `patience` or `is_recording`.
   /// @throws DeviceLost where there is none and never will be; Error (usage) where the peer refused us at the opening.
   [[nodiscard]] std::optional<Picture> take(Nanoseconds patience);
 

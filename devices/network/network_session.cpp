@@ -50,6 +50,7 @@ bool Session::is_ready(Nanoseconds wait) {
 
 std::optional<DeviceFrame> Session::wait(Nanoseconds patience) {
   auto first = std::exchange(first_, std::nullopt);
+  if (first && wish_.every_frame) return first;
   const auto picture = reader_.take(first ? Nanoseconds(0) : patience);
   if (!picture) return first;
   auto frame = converted(*picture);

@@ -27,7 +27,8 @@ class Session final : public DeviceSession {
   [[nodiscard]] const SourceInfo& info() const override { return info_; }
   /// Pictures without times are stamped as they arrive.
   [[nodiscard]] bool stamps_with_host_clock() const override { return !facts_.has_times; }
-  /// The newest picture; those that it overtook were never turned into colours, and their numbers are missing.
+  /// The newest picture, or with `Wish::every_frame` the oldest of a few that wait (Reader::kMostWaiting); those that
+  /// it overtook were never turned into colours, and their numbers are missing.
   [[nodiscard]] std::optional<DeviceFrame> wait(Nanoseconds patience) override;
   [[nodiscard]] std::vector<std::string> take_warnings() override;
 

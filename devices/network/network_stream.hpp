@@ -22,6 +22,7 @@ struct Wish {
   bool listen = false;            ///< Of rtsp: wait for a sender to call.
   int threads = 0;                ///< As OpenOptions.
   bool keep_raw = false;          ///< Likewise.
+  bool every_frame = false;       ///< Likewise.
   Nanoseconds patience{0};        ///< How long opening may take, up to the first picture.
 };
 

@@ -33,6 +33,7 @@ Connection::Connection(const Request& request, const Descriptor& recording, Nano
     }
   }
   pairing_.emplace(opened_.streams);
+  pictures_.resize(opened_.streams.size());
 }
 
 Message Connection::message_within(Nanoseconds patience, const std::stop_token& stop) {
@@ -75,7 +76,10 @@ Connection::Heard Connection::hear(Nanoseconds patience) {
 
 void Connection::take(const Picture& picture) {
   const auto& all = opened_.streams;
-  if (std::find(all.begin(), all.end(), picture.mode) == all.end()) mad("a picture is of no stream that is open");
+  const auto stream = std::find(all.begin(), all.end(), picture.mode);
+  if (stream == all.end()) mad("a picture is of no stream that is open");
+  ++all_pictures_;
+  ++pictures_[static_cast<std::size_t>(stream - all.begin())];
   const auto pixels = helper_.pixels(picture);
   pairing_->add({picture.mode, picture.index, picture.time_us, {pixels.begin(), pixels.end()}});
   helper_.release(picture);

@@ -2,6 +2,7 @@
 // One conversation with the helper, up to whole moments: what a device and a recording have in common.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -43,9 +44,14 @@ class Connection {
   [[nodiscard]] Heard hear(Nanoseconds patience);
   /// The next moment that is complete, of what was heard.
   [[nodiscard]] std::optional<Moment> next() { return pairing_->next(); }
+  /// Forgets what was heard and is no complete moment yet.
+  void forget() { pairing_->clear(); }
   /// Nothing more will be heard: `next` gives what waits.
   void end() { pairing_->end(); }
 
+  /// How many pictures were heard, of all streams, and of stream `number` of `opened`.
+  [[nodiscard]] std::uint64_t pictures() const { return all_pictures_; }
+  [[nodiscard]] std::uint64_t pictures(std::size_t number) const { return pictures_.at(number); }
   [[nodiscard]] std::size_t unpaired_depths() const { return pairing_->unpaired_depths(); }
   [[nodiscard]] std::vector<std::string> take_warnings() { return std::exchange(warnings_, {}); }
   [[nodiscard]] HelperProcess& helper() { return helper_; }
@@ -57,6 +63,8 @@ class Connection {
   HelperProcess helper_;
   Opened opened_;
   std::optional<Pairing> pairing_;
+  std::vector<std::uint64_t> pictures_;
+  std::uint64_t all_pictures_ = 0;
   std::vector<std::string> warnings_;
 };
 

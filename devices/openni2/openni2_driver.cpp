@@ -23,6 +23,9 @@ using openni2::Action;
 using openni2::Request;
 using openni2::Video;
 
+// In the order of Video.
+const std::vector<std::string> kVideos = {"any", "rgb", "ir", "off"};
+constexpr int kMostFps = 1000;
 constexpr Nanoseconds kListing = std::chrono::seconds(5);
 
 bool ends_as_recording(const std::string& path) {
@@ -60,7 +63,6 @@ void take_size(SettingReader& settings, Request& request) {
 }
 
 void take_streams(SettingReader& settings, Request& request, const std::string& source) {
-  static const std::vector<std::string> kVideos = {"any", "rgb", "ir", "off"};
   const auto video = settings.take_choice("video", "any", kVideos);
   request.video = static_cast<Video>(std::find(kVideos.begin(), kVideos.end(), video) - kVideos.begin());
   request.depth = settings.take_flag("depth", true);
@@ -82,7 +84,7 @@ std::unique_ptr<Source> open(const SourceUri& uri, SettingReader& settings, cons
   request->action = Action::kDevice;
   request->location = uri.location;
   take_size(settings, *request);
-  request->fps = static_cast<std::uint32_t>(settings.take_integer("fps", 0, 0, 1000));
+  request->fps = static_cast<std::uint32_t>(settings.take_integer("fps", 0, 0, kMostFps));
   request->registered = settings.take_flag("registration", true);
   settings.refuse_the_rest();
   DeviceOptions device;
@@ -90,8 +92,9 @@ std::unique_ptr<Source> open(const SourceUri& uri, SettingReader& settings, cons
   device.stop = options.stop;
   device.retry = std::chrono::milliseconds(500);  // Each attempt is a process, and a look at every USB port.
   const auto open_session = [request, name = uri.text, keep_raw = options.keep_raw, patience,
+                             every_frame = options.every_frame,
                              &clock](const std::stop_token& stop) -> std::unique_ptr<DeviceSession> {
-    auto session = std::make_unique<openni2::Session>(*request, name, keep_raw, clock, patience, stop);
+    auto session = std::make_unique<openni2::Session>(*request, name, keep_raw, clock, patience, stop, every_frame);
     // From now on this device is meant, whatever port it comes back at: a URI names the port.
     const auto& is = session->device();
     request->location = is.serial.empty() ? is.uri : is.serial;
@@ -124,6 +127,12 @@ DeviceEntry entry_of(const openni2::DeviceFound& found) {
   entry.trouble = found.trouble;
   if (!entry.trouble.empty())
     entry.remedy = "close other programs that use it, and see that /dev/bus/usb may be written to";
+  static const std::vector<std::string> kFlag = {"on", "off"};
+  entry.settings = {{"video", kVideos, 0, 0, "", kVideos.front()},
+                    {"depth", kFlag, 0, 0, "", kFlag.front()},
+                    {"size", {}, 1, openni2::kMostSide, "pixels a side, such as 640x480", ""},
+                    {"fps", {}, 1, kMostFps, "Hz", ""},
+                    {"registration", kFlag, 0, 0, "", kFlag.front()}};
   return entry;
 }
 

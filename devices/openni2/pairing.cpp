@@ -40,6 +40,11 @@ void Pairing::drop_depth() {
   if (begun_ && !ended_) ++unpaired_;
 }
 
+void Pairing::clear() {
+  video_.clear();
+  depth_.clear();
+}
+
 // Whether no depth that is still to come can be nearer than those that are there.
 bool Pairing::decided(const Taken& video) const {
   if (ended_ || video_.size() > kMostBehind) return true;

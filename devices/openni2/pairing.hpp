@@ -41,6 +41,8 @@ class Pairing {
   void add(Taken taken);
   /// The next moment that is complete; nothing where more must come first.
   [[nodiscard]] std::optional<Moment> next();
+  /// Forgets what waits.
+  void clear();
   /// No more will come: `next` gives the rest.
   void end() { ended_ = true; }
 

@@ -15,7 +15,7 @@ namespace choreo::devices::openni2 {
 /// Both sides are built together; a helper of another build is refused.
 inline constexpr std::uint32_t kVersion = 1;
 /// Pixels lie in shared memory of `kSlots` places; the helper fills a free one, names it, and has it back by `Release`.
-inline constexpr std::uint32_t kSlots = 8;
+inline constexpr std::uint32_t kSlots = 16;
 inline constexpr std::size_t kSlotBytes = std::size_t{16} << 20U;
 inline constexpr int kMostSide = 4096;
 /// Of a whole message. One datagram of a SOCK_SEQPACKET socket is one message.

@@ -3,6 +3,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -20,13 +21,14 @@ namespace {
 using devices::DeviceControl;
 using devices::DeviceEntry;
 using devices::DeviceMode;
+using devices::DeviceSetting;
 using nlohmann::ordered_json;
 
 constexpr auto kManual = R"(
 A line a device is the SOURCE that opens it, by a name that stays when it is
-plugged in elsewhere or among others. Below it: its name, its modes, and its
-controls with their ranges and present values. Modes and controls are settings
-of the SOURCE:
+plugged in elsewhere or among others. Below it: its name, its modes, its
+controls with their ranges and present values, and what else can be set, with
+what it is where it is not. Modes and controls are settings of the SOURCE:
   choreoscope live 'v4l2:///dev/video0?size=1280x720&fps=60&format=MJPG'
   choreoscope live 'v4l2:///dev/video0?auto_exposure=1&exposure_time_absolute=120'
 
@@ -70,13 +72,25 @@ std::string line_of(const DeviceControl& control) {
   return fmt::format("{}={}  ({})", control.name, control.value, range);
 }
 
+std::string line_of(const DeviceSetting& setting) {
+  const auto range = setting.choices.empty() ? fmt::format("{:g} to {:g} {}", setting.least, setting.most, setting.unit)
+                                             : join(setting.choices);
+  return fmt::format("{}{}{}  ({})", setting.name, setting.fallback.empty() ? "" : "=", setting.fallback, range);
+}
+
+// What devices say of themselves is any bytes, and none of them shall reach a terminal as they are.
+void print(std::string_view before, const std::string& text) {
+  if (!text.empty()) fmt::print("{}{}\n", before, one_line(text));
+}
+
 void print(const DeviceEntry& device) {
-  fmt::print("{}\n", device.source);
-  if (!device.name.empty()) fmt::print("  {}\n", device.name);
-  for (const auto& line : mode_lines(device.modes)) fmt::print("  {}\n", line);
-  for (const auto& control : device.controls) fmt::print("  {}\n", line_of(control));
-  if (!device.trouble.empty()) fmt::print("  cannot be used: {}\n", device.trouble);
-  if (!device.remedy.empty()) fmt::print("  {}\n", device.remedy);
+  print("", device.source);
+  print("  ", device.name);
+  for (const auto& line : mode_lines(device.modes)) print("  ", line);
+  for (const auto& control : device.controls) print("  ", line_of(control));
+  for (const auto& setting : device.settings) print("  ", line_of(setting));
+  print("  cannot be used: ", device.trouble);
+  print("  ", device.remedy);
 }
 
 ordered_json json_of(const std::string& driver, const DeviceEntry& device) {
@@ -94,6 +108,19 @@ ordered_json json_of(const std::string& driver, const DeviceEntry& device) {
                         {"step", control.step}, {"default", control.fallback}, {"value", control.value}};
     for (const auto& [number, text] : control.choices) one["choices"].push_back({{"value", number}, {"text", text}});
     controls.push_back(std::move(one));
+  }
+  auto& settings = out["settings"] = ordered_json::array();
+  for (const auto& setting : device.settings) {
+    ordered_json one = {{"name", setting.name}};
+    if (setting.choices.empty()) {
+      one["min"] = setting.least;
+      one["max"] = setting.most;
+      one["unit"] = setting.unit;
+    } else {
+      one["choices"] = setting.choices;
+    }
+    if (!setting.fallback.empty()) one["default"] = setting.fallback;
+    settings.push_back(std::move(one));
   }
   out["trouble"] = device.trouble;
   out["remedy"] = device.remedy;
@@ -120,7 +147,8 @@ int list_devices(bool as_json) {
     if (as_json) {
       all["troubles"].push_back({{"driver", driver.scheme}, {"trouble", list.trouble}, {"remedy", list.remedy}});
     } else {
-      fmt::print("{}: {}\n{}", driver.scheme, list.trouble, list.remedy.empty() ? "" : "  " + list.remedy + "\n");
+      print(driver.scheme + ": ", list.trouble);
+      print("  ", list.remedy);
     }
   }
   if (as_json) {

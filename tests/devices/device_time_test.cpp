@@ -58,6 +58,16 @@ TEST(DeviceClock, FollowsAClockThatRunsFast) {
   EXPECT_NEAR(to_seconds(host - (kBoot + 89999 * kFrame)), 0, 0.001);
 }
 
+TEST(DeviceClock, StampsACenturyFromNowAreAJumpLikeAnyOther) {
+  DeviceClock clock;
+  constexpr auto kCentury = Nanoseconds{100LL * 366 * 24 * 3600 * 1'000'000'000};  // As libav_time lets through.
+  auto arrival = kBoot;
+  for (const auto device : {kCentury, -kCentury, kCentury, Nanoseconds{0}, -kCentury}) {
+    EXPECT_EQ(clock.host_time(device, arrival), arrival);
+    arrival += kFrame;
+  }
+}
+
 TEST(DeviceClock, TheHostsOwnStampsAreTakenAsTheyAre) {
   DeviceClock clock(true);
   for (int k = 0; k < 10; ++k) {

@@ -2,9 +2,8 @@
 // Reads a freenect SOURCE and says what came, line by line: a process of its own, whose libfreenect is whichever the
 // environment names.
 //
-//   freenect_probe SOURCE FRAMES SECONDS [MILLISECONDS]   until there were so many or so long, pausing after each frame
-//   freenect_probe SOURCE cycle COUNT                     opens and closes so many times
-//   freenect_probe list
+//   freenect_probe SOURCE FRAMES SECONDS [MILLISECONDS [every]]   until there were so many or so long, pausing after
+//   each freenect_probe SOURCE cycle COUNT                     opens and closes so many times freenect_probe list
 #include <chrono>
 #include <condition_variable>
 #include <cstdio>
@@ -18,6 +17,7 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "devices/freenect/freenect_driver.hpp"
 #include "devices/kinect_fixture.hpp"
 #include "pipeline/steady_clock.hpp"
@@ -46,7 +46,13 @@ int run(int count, char** words) {
   const std::string source = words[1];
   if (source == "list") {
     const auto list = driver.list();
-    for (const auto& device : list.devices) say(fmt::format("device {} {}", device.source, device.trouble));
+    for (const auto& device : list.devices) {
+      say(fmt::format("device {} {}", device.source, device.trouble));
+      for (const auto& [name, choices, least, most, unit, fallback] : device.settings) {
+        say(choices.empty() ? fmt::format("setting {} {:g} {:g} {}", name, least, most, unit)
+                            : fmt::format("setting {} {}", name, join(choices, ",")));
+      }
+    }
     if (!list.trouble.empty()) say("trouble " + list.trouble + " / " + list.remedy);
     return 0;
   }
@@ -55,6 +61,7 @@ int run(int count, char** words) {
   registry.add(driver);
   devices::OpenOptions options;
   options.keep_raw = true;
+  options.every_frame = count > 5 && std::string(words[5]) == "every";
   options.on_event = [](const devices::DeviceEvent& event) {
     say(fmt::format("event {} {}", devices::name_of(event.state), event.why));
   };

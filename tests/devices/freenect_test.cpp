@@ -6,11 +6,15 @@
 #include <algorithm>
 
 #include <filesystem>
+#include <future>
 #include <map>
+#include <memory>
 #include <sstream>
+#include <stdexcept>
 
 #include <gmock/gmock.h>
 
+#include "devices/freenect/bounded_list.hpp"
 #include "devices/freenect/pairing.hpp"
 #include "devices/kinect_fixture.hpp"
 #include "support/program.hpp"
@@ -70,7 +74,56 @@ TEST_F(PairingTest, ALostPartnerLeavesTheOtherAlone) {
   EXPECT_FALSE(depth(68ms));  // The colour of 66 ms was lost.
   EXPECT_FALSE(colour(100ms));
   EXPECT_TRUE(depth(102ms));
-  EXPECT_EQ(pairing_.colour.counter, 2U) << "the lost one shows in the numbers";
+  EXPECT_EQ(pairing_.colour.counter, 3U) << "the lost one shows in the numbers";
+}
+
+TEST_F(PairingTest, WhatNeverArrivedLeavesAHoleInTheNumbers) {
+  Pairing alone(1, 0);
+  const std::uint8_t byte = 0;
+  std::vector<std::uint32_t> numbers;
+  // Pictures 3 to 6 and 9 are lost; those that come, come up to 90 ms late; the ticks wrap.
+  constexpr int kCome[] = {0, 1, 2, 7, 8, 10, 11};
+  for (const int k : kCome) {
+    const auto at = 71400ms + k * 33'333'333ns;
+    ASSERT_TRUE(alone.add_colour(&byte, ticks(at), at + (k * 37 % 90) * 1ms));
+    numbers.push_back(alone.colour.counter);
+  }
+  EXPECT_THAT(numbers, ElementsAre(0, 1, 2, 7, 8, 10, 11));
+}
+
+TEST_F(PairingTest, TicksThatJumpInventNoHole) {
+  Pairing alone(1, 0);
+  const std::uint8_t byte = 0;
+  std::vector<std::uint32_t> numbers;
+  Nanoseconds arrival = 0s;
+  for (const std::uint32_t told : {5U, 2'000'005U, 3'000'000'000U, 3'002'000'000U, 3'002'000'000U}) {
+    ASSERT_TRUE(alone.add_colour(&byte, told, arrival));
+    numbers.push_back(alone.colour.counter);
+    arrival += 33ms;
+  }
+  EXPECT_THAT(numbers, ElementsAre(0, 1, 2, 3, 4));
+}
+
+TEST(PairQueue, GivesTheOldestAndLosesIfItMustTheOldest) {
+  PairQueue queue(3, 1, 1);
+  Shot colour, depth;
+  colour.bytes.resize(1);
+  depth.bytes.resize(1);
+  EXPECT_FALSE(queue.take(colour, depth));
+  for (std::uint8_t k = 0; k < 5; ++k) {
+    colour.bytes[0] = k;
+    depth.bytes[0] = std::uint8_t(k + 100);
+    queue.put(colour, depth);
+    ASSERT_EQ(colour.bytes.size(), 1U);
+    ASSERT_EQ(depth.bytes.size(), 1U);
+  }
+  std::vector<int> taken;
+  while (queue.take(colour, depth)) {
+    taken.push_back(colour.bytes[0]);
+    EXPECT_EQ(depth.bytes[0], colour.bytes[0] + 100);
+  }
+  EXPECT_THAT(taken, ElementsAre(2, 3, 4));
+  EXPECT_TRUE(queue.empty());
 }
 
 TEST_F(PairingTest, HalfAFrameIsTheLimit) {
@@ -131,6 +184,30 @@ TEST(TickClock, TicksThatStandStillOrJumpAreNotBelieved) {
   EXPECT_EQ(clock.time(7, 33ms), 33ms);
   EXPECT_EQ(clock.time(4'000'000'000U, 66ms), 66ms);
   EXPECT_EQ(clock.time(4'000'000'000U + 2'000'000U, 99ms), 66ms + 33'333'333ns) << "and believed again";
+}
+
+TEST(FreenectList, ALookThatTakesTooLongIsGivenUp) {
+  const auto let_go = std::make_shared<std::promise<void>>();
+  const auto before = std::chrono::steady_clock::now();
+  const auto list = list_within(100ms, [waiting = let_go->get_future().share()] {
+    waiting.wait();
+    return DeviceList();
+  });
+  EXPECT_LT(std::chrono::steady_clock::now() - before, 5s);
+  EXPECT_THAT(list.devices, IsEmpty());
+  EXPECT_THAT(list.trouble, HasSubstr("hangs"));
+  let_go->set_value();
+}
+
+TEST(FreenectList, WhatIsToldInTimeIsPassedOn) {
+  const auto list = list_within(60s, [] {
+    DeviceList one;
+    one.devices.push_back({"freenect://1", {}, {}, {}, {}, {}, {}});
+    return one;
+  });
+  ASSERT_EQ(list.devices.size(), 1U);
+  EXPECT_EQ(list.devices[0].source, "freenect://1");
+  EXPECT_EQ(list_within(60s, []() -> DeviceList { throw std::runtime_error("broken"); }).trouble, "broken");
 }
 
 // What the probe said.
@@ -264,8 +341,8 @@ TEST_F(Fakenect, ALostKinectIsTakenUpAgainAndTheFramesGoOn) {
   test::write_bytes(dump_ + "/INDEX.txt", index);
 
   const auto seen = probe({"freenect://", "100", "3"});
-  EXPECT_THAT(seen.states, ElementsAre("starting", "running", StartsWith("lost"), "running", StartsWith("lost"),
-                                       "stopped"))
+  EXPECT_THAT(seen.states,
+              ElementsAre("starting", "running", StartsWith("lost"), "running", StartsWith("lost"), "stopped"))
       << seen.outcome.told();
   expect_increasing(seen);
   const auto numbers = Fakenect::numbers(seen, kFrames);
@@ -284,6 +361,28 @@ TEST_F(Fakenect, WhoeverReadsSlowlyGetsTheNewestAndSeesTheGap) {
     EXPECT_GE(seen.frames[k].sequence - seen.frames[k - 1].sequence, 4U) << "200 ms are six frames";
     EXPECT_LT(seen.frames[k].age, 150'000'000) << "none has waited in a queue";
   }
+}
+
+TEST_F(Fakenect, WhoeverWantsEveryFrameLosesNoneInAShortPause) {
+  write(45);
+  const auto seen = probe({"freenect://?depth=off", "7", "5", "60", "every"});
+  ASSERT_EQ(seen.frames.size(), 7U) << seen.outcome.told();
+  for (std::size_t k = 1; k < 7; ++k) EXPECT_EQ(seen.frames[k].sequence, seen.frames[k - 1].sequence + 1);
+}
+
+TEST_F(Fakenect, DepthThatStopsIsALossThoughColourGoesOn) {
+  write(60);
+  std::string index;
+  const auto bytes = test::read_bytes(dump_ + "/INDEX.txt");
+  std::istringstream in(std::string(bytes.begin(), bytes.end()));
+  int depths = 0;
+  for (std::string line; std::getline(in, line);) {
+    if (!line.starts_with("d") || ++depths <= 15) index += line + "\n";
+  }
+  test::write_bytes(dump_ + "/INDEX.txt", index);
+  const auto seen = probe({"freenect://", "100", "2"});
+  EXPECT_THAT(seen.states, Contains(StartsWith("lost no frame for 0."))) << seen.outcome.told();
+  EXPECT_LE(seen.frames.size(), 15U) << "colour alone is not what was asked for";
 }
 
 TEST_F(Fakenect, MayBeOpenedAndClosedAsOftenAsOneLikes) {
@@ -325,7 +424,10 @@ TEST_F(Fakenect, WhatItHasNotOrNobodyHasIsRefused) {
 
 TEST_F(Fakenect, TheFakeIsListedAsOne) {
   write(1);
-  EXPECT_THAT(probe({"list"}).outcome.out, HasSubstr("device freenect:// \n"));
+  EXPECT_THAT(probe({"list"}).outcome.out,
+              AllOf(HasSubstr("device freenect:// \n"), HasSubstr("setting led unchanged,off,green"),
+                    HasSubstr("setting tilt -30 30 degrees"), HasSubstr("setting video rgb,ir"),
+                    HasSubstr("setting depth registered,raw,off")));
 }
 
 class RealLibrary : public Fakenect {

@@ -98,6 +98,30 @@ TEST_F(NetworkCamera, WhoeverReadsLateGetsTheNewestPicture) {
   EXPECT_LT(measure(60, 0ms), 500ms);
 }
 
+TEST_F(NetworkCamera, AShortPauseLosesNothingWhereEveryFrameIsWanted) {
+  const LoopbackServer server([](Caller& caller) {
+    (void)caller.request();
+    bool there = test::send_multipart_head(caller);
+    for (int k = 0; there; ++k)
+      there = test::send_part(caller, test::jpeg_of(test::numbered_picture(k))) && caller.wait(40ms);
+  });
+  OpenOptions options;
+  options.every_frame = true;
+  const auto source = registry_.open(server.address(), options);
+  FramePtr last;
+  for (int k = 0; k < 24; ++k) {
+    const auto frame = read(*source);
+    ASSERT_TRUE(frame);
+    // What waited while the stream was looked at may have been too much.
+    if (k > 12) {
+      EXPECT_EQ(test::number_of(frame->bgr), test::number_of(last->bgr) + 1);
+      EXPECT_EQ(frame->sequence, last->sequence + 1);
+    }
+    if (k == 14) std::this_thread::sleep_for(130ms);  // Three pictures.
+    last = frame;
+  }
+}
+
 TEST_F(NetworkCamera, PicturesWithoutALengthAreReadAsWell) {
   const LoopbackServer server([](Caller& caller) {
     (void)caller.request();

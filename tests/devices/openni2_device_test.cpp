@@ -98,6 +98,24 @@ TEST_F(OpenNi2DeviceTest, TheListNamesItByItsSerialNumber) {
   EXPECT_TRUE(open(device.source)->read({}));
 }
 
+TEST_F(OpenNi2DeviceTest, TheCommandListsItsSettingsAndNothingRaw) {
+  tell("rude");
+  const auto listed = run_program(CHOREO_PROGRAM, {"devices"});
+  EXPECT_EQ(listed.status, 0) << listed.told();
+  EXPECT_THAT(listed.out, HasSubstr("\n  Choreo Test\\x1b[31m\\nCamera\n"));
+  EXPECT_EQ(listed.out.find('\x1b'), std::string::npos);
+  for (const auto* line : {"video=any  (any, rgb, ir, off)", "depth=on  (on, off)", "registration=on  (on, off)",
+                           "fps  (1 to 1000 Hz)", "size  (1 to 4096 pixels a side"}) {
+    EXPECT_THAT(listed.out, HasSubstr(line));
+  }
+  const auto told = run_program(CHOREO_PROGRAM, {"devices", "--json"});
+  EXPECT_EQ(told.status, 0) << told.told();
+  EXPECT_EQ(told.out.find('\x1b'), std::string::npos);
+  for (const auto* word : {"\"settings\": [", "\"name\": \"registration\"", "\"choices\": [", "\"max\": 1000.0"}) {
+    EXPECT_THAT(told.out, HasSubstr(word));
+  }
+}
+
 TEST_F(OpenNi2DeviceTest, OneThatIsNotThereIsRefused) {
   const auto other = error_of([&] { (void)open("openni2://T-0043"); });
   ASSERT_TRUE(other);
@@ -135,6 +153,70 @@ TEST_F(OpenNi2DeviceTest, OneThatFallsSilentIsLostWithinASecond) {
   ASSERT_TRUE(read_past_loss(*source));
   EXPECT_THAT(why_lost(), HasSubstr("no frame for 0."));
   EXPECT_LT(loss().at - since, std::chrono::seconds(1));
+}
+
+TEST_F(OpenNi2DeviceTest, AfterAPauseTheNextFrameIsYoung) {
+  const auto source = open("openni2://");
+  for (int k = 0; k < 5; ++k) ASSERT_TRUE(source->read({}));
+  std::this_thread::sleep_for(std::chrono::seconds(2));  // Long enough to fill every place there is.
+  for (int k = 0; k < 3; ++k) {
+    const auto frame = source->read({});
+    ASSERT_TRUE(frame);
+    EXPECT_LT(clock_.now() - frame->device_time, std::chrono::milliseconds(300));
+    EXPECT_FALSE(frame->depth.empty());
+  }
+  EXPECT_THAT(source->warnings(), IsEmpty()) << "nor was it lost";
+}
+
+TEST_F(OpenNi2DeviceTest, AShortPauseLosesNothingWhereEveryFrameIsWanted) {
+  devices::OpenOptions options;
+  options.every_frame = true;
+  const auto source = open("openni2://", options);
+  devices::FramePtr last;
+  for (int k = 0; k < 20; ++k) {
+    const auto frame = source->read({});
+    ASSERT_TRUE(frame);
+    // What waited while the first was read may have been too much.
+    if (k > 5) {
+      EXPECT_EQ((picture_number(frame->bgr) + 256 - picture_number(last->bgr)) % 256, 1);
+      EXPECT_EQ(frame->sequence, last->sequence + 1);
+    }
+    if (k == 10) std::this_thread::sleep_for(std::chrono::milliseconds(130));
+    last = frame;
+  }
+}
+
+TEST_F(OpenNi2DeviceTest, OneStreamThatFallsSilentIsALossThoughTheOtherGoesOn) {
+  for (const auto& [word, told] : {std::pair{"nodepth", "the depth stream is silent: no picture for 0."},
+                                   std::pair{"nocolour", "the colour stream is silent: no picture for 0."}}) {
+    tell("");
+    events_.clear();
+    const auto source = watch("openni2://");
+    ASSERT_TRUE(source->read({}));
+    tell(word);
+    const auto frame = read_past_loss(*source);
+    ASSERT_TRUE(frame) << word;
+    EXPECT_THAT(why_lost(), StartsWith(told));
+    EXPECT_FALSE(frame->depth.empty());
+    EXPECT_EQ(events_.back().state, DeviceState::kRunning);
+  }
+}
+
+TEST_F(OpenNi2DeviceTest, ItDoesNotRunAgainBeforeBothStreamsDo) {
+  const auto source = watch("openni2://", "nodepth");
+  ASSERT_TRUE(source->read({}));
+  tell("nodepth");
+  std::stop_source stop;
+  const std::jthread later([&] {
+    std::this_thread::sleep_for(std::chrono::seconds(2));
+    stop.request_stop();
+  });
+  while (source->read(stop.get_token())) continue;
+  EXPECT_EQ(events_.back().state, DeviceState::kLost) << "colour alone is not what was asked for";
+  tell("");
+  const auto frame = source->read({});
+  ASSERT_TRUE(frame);
+  EXPECT_FALSE(frame->depth.empty());
 }
 
 TEST_F(OpenNi2DeviceTest, ACrashOfTheLibraryIsALossAndNoMore) {

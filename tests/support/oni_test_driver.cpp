@@ -2,7 +2,8 @@
 // A driver for OpenNI2 whose camera is made up: 30 pictures a second of oni_pattern.hpp, or of the file that
 // CHOREO_TEST_ONI_SCENE names (oni_scene.hpp), round and round. It reads, while it runs, a word from the file that
 // CHOREO_TEST_ONI names: "gone" (unplugged), "silent", "crash", "colour" (it has no depth), "depth" (it has no colour),
-// "plain" (it can neither register nor tell its serial number).
+// "plain" (it can neither register nor tell its serial number), "nodepth", "nocolour" (that stream falls silent),
+// "rude" (its name is no name).
 #include <unistd.h>
 
 #include <atomic>
@@ -185,9 +186,8 @@ class Device final : public oni::driver::DeviceBase {
       }
       if (now != "silent") {
         const std::scoped_lock lock(mutex_);
-        for (auto* stream : streams_) {
-          if (stream != nullptr) stream->give_picture(k);
-        }
+        if (streams_[0] != nullptr && now != "nocolour") streams_[0]->give_picture(k);
+        if (streams_[1] != nullptr && now != "nodepth") streams_[1]->give_picture(k);
       }
       when += std::chrono::microseconds(kOniStepUs);
       std::this_thread::sleep_until(when);
@@ -211,7 +211,7 @@ class Driver final : public oni::driver::DriverBase {
     // Each process finds it at another port, as a camera that was plugged in anew.
     std::strcpy(info_.uri, ("choreo/" + std::to_string(::getpid())).c_str());
     std::strcpy(info_.vendor, "Choreo");
-    std::strcpy(info_.name, "Test Camera");
+    std::strcpy(info_.name, word() == "rude" ? "Test\x1b[31m\nCamera" : "Test Camera");
     info_.usbVendorId = 0x1234;
     info_.usbProductId = 0x5678;
   }
