@@ -276,7 +276,10 @@ class LiveWindow::Impl {
       draw_outline();
       draw_triangle();
     }
-    SDL_RenderPresent(renderer_.get());
+    // Only now is anything drawn. Mesa's software renderer writes past its memory where the display went away since it
+    // was last asked: it is asked again.
+    SDL_PumpEvents();
+    if (!display_is_lost()) SDL_RenderPresent(renderer_.get());
   }
 
   // The borders between body and wall, line by line.
