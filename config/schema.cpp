@@ -2,8 +2,6 @@
 #include "config/schema.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,135 +9,12 @@
 
 #include <fmt/format.h>
 
+#include "config/field_kinds.hpp"
 #include "core/error.hpp"
-#include "core/text.hpp"
 #include "core/time.hpp"
 
 namespace choreo::config {
 namespace {
-
-// Integers are numbers too: 2 may stand for 2.0. There is no negative zero, which would read back as another text, nor
-// numbers so small that they would not read back at all.
-std::optional<double> number_of(const toml::node& node) {
-  if (const auto* value = node.as_floating_point()) {
-    const double number = value->get();
-    if (!std::isfinite(number)) return std::nullopt;
-    return std::fpclassify(number) == FP_SUBNORMAL ? 0.0 : number + 0.0;
-  }
-  if (const auto* value = node.as_integer()) return double(value->get());
-  return std::nullopt;
-}
-
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
-      out += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
-    } else {
-      out += c;
-    }
-  }
-  return out + "\"";
-}
-
-struct Range {
-  double least;
-  double most;
-  bool open_below = false;  // The least value itself is not allowed.
-  [[nodiscard]] bool holds(double x) const { return (open_below ? x > least : x >= least) && x <= most; }
-};
-
-// `at` gives the place of the value in the options.
-template <typename At>
-Field number(std::string key, At at, Range range, std::string range_text, std::string help) {
-  return {std::move(key),
-          std::move(range_text),
-          std::move(help),
-          false,
-          [=](Options& o, const toml::node& node) {
-            const auto value = number_of(node);
-            if (!value || !range.holds(*value)) return false;
-            at(o) = *value;
-            return true;
-          },
-          [=](const Options& o) { return fmt::format("{}", at(const_cast<Options&>(o))); }};
-}
-
-template <typename At>
-Field number_or_auto(std::string key, At at, Range range, std::string range_text, std::string help) {
-  return {std::move(key),
-          std::move(range_text),
-          std::move(help),
-          true,
-          [=](Options& o, const toml::node& node) {
-            if (const auto* word = node.as_string()) {
-              if (word->get() != "auto") return false;
-              at(o) = std::nullopt;
-              return true;
-            }
-            const auto value = number_of(node);
-            if (!value || !range.holds(*value)) return false;
-            at(o) = *value;
-            return true;
-          },
-          [=](const Options& o) {
-            const auto& value = at(const_cast<Options&>(o));
-            return value ? fmt::format("{}", *value) : std::string("\"auto\"");
-          }};
-}
-
-template <typename At>
-Field integer(std::string key, At at, int least, int most, std::string range_text, std::string help) {
-  return {std::move(key),
-          std::move(range_text),
-          std::move(help),
-          false,
-          [=](Options& o, const toml::node& node) {
-            const auto* value = node.as_integer();
-            if (value == nullptr || value->get() < least || value->get() > most) return false;
-            at(o) = static_cast<int>(value->get());
-            return true;
-          },
-          [=](const Options& o) { return fmt::format("{}", at(const_cast<Options&>(o))); }};
-}
-
-template <typename At>
-Field flag(std::string key, At at, std::string help) {
-  return {std::move(key),
-          "true or false",
-          std::move(help),
-          false,
-          [=](Options& o, const toml::node& node) {
-            const auto* value = node.as_boolean();
-            if (value == nullptr) return false;
-            at(o) = value->get();
-            return true;
-          },
-          [=](const Options& o) { return std::string(at(const_cast<Options&>(o)) ? "true" : "false"); }};
-}
-
-template <typename At>
-Field text(std::string key, At at, std::function<bool(const std::string&)> fits, std::string range_text,
-           std::string help) {
-  return {std::move(key),
-          std::move(range_text),
-          std::move(help),
-          true,
-          [=, fits = std::move(fits)](Options& o, const toml::node& node) {
-            const auto* value = node.as_string();
-            if (value == nullptr || !is_utf8(value->get()) || !fits(value->get())) return false;
-            at(o) = value->get();
-            return true;
-          },
-          [=](const Options& o) { return quoted(at(const_cast<Options&>(o))); }};
-}
-
-std::function<bool(const std::string&)> one_of(std::vector<std::string> choices) {
-  return [choices = std::move(choices)](const std::string& s) {
-    return std::find(choices.begin(), choices.end(), s) != choices.end();
-  };
-}
 
 // Of a plate only that it is named: whether it is there is for whoever reads it.
 bool fits_background(const std::string& text) {
@@ -150,18 +25,6 @@ bool fits_background(const std::string& text) {
   } catch (const Error&) {
     return false;
   }
-}
-
-std::optional<std::vector<double>> numbers_of(const toml::node& node) {
-  const auto* array = node.as_array();
-  if (array == nullptr) return std::nullopt;
-  std::vector<double> numbers;
-  for (const auto& item : *array) {
-    const auto value = number_of(item);
-    if (!value) return std::nullopt;
-    numbers.push_back(*value);
-  }
-  return numbers;
 }
 
 std::optional<vision::Zone> zone_of(const toml::node& node) {
