@@ -9,13 +9,13 @@
 #include <fmt/format.h>
 
 #include "cli/commands.hpp"
+#include "cli/kept_states.hpp"
 #include "cli/preparation.hpp"
 #include "cli/recording.hpp"
 #include "cli/results.hpp"
 #include "cli/source_options.hpp"
 #include "pipeline/stages/silhouette_stages.hpp"
 #include "pipeline/steady_clock.hpp"
-#include "similarity/mask_comparer.hpp"
 
 namespace choreo::cli {
 namespace {
@@ -82,9 +82,10 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   stages.push_back(std::make_unique<pipeline::PictureStage>(summary.working_size, masker.uses_depth()));
   stages.push_back(std::make_unique<pipeline::MaskStage>(std::move(masker)));
   stages.push_back(std::make_unique<pipeline::StateStage>(settings.motion_window_s));
+  KeptMasks states(prepared.kernel);
   auto owned_record = std::make_unique<RecordStage>(
-      std::size_t(settings.matrix_rows), ThumbnailKeeper(settings.plot.thumbnails, settings.plot.thumbnails_at_s),
-      masks ? &*masks : nullptr, seen);
+      states, std::size_t(settings.matrix_rows),
+      ThumbnailKeeper(settings.plot.thumbnails, settings.plot.thumbnails_at_s), masks ? &*masks : nullptr, seen);
   auto& record = *owned_record;
   stages.push_back(std::move(owned_record));
   summary.run = pipeline::run(*prepared.source, prepared.selection, stages, {summary.threads}, clock, stop);
@@ -98,14 +99,12 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   }
 
   summary.thinned_to_every = record.kept_every();
-  auto states = record.take_states();
-  const similarity::MaskComparer comparer(states, prepared.kernel);
-  states.clear();  // The comparer has its own.
-  summary.canvas = comparer.canvas();
+  const auto comparer = states.comparer();
+  summary.canvas = states.canvas();
   summary.sudden_changes_s = record.sudden_changes_s();
   summary.inferred = record.inferred();
   write_results(
-      summary, config, comparer,
+      summary, config, *comparer,
       {record.rows(), record.thumbnails().chosen(), record.bodies(), record.cut_bodies(), prepared.source->warnings()},
       masks ? &*masks : nullptr, files, session, clock);
   tell_results(summary, files, console);

@@ -32,22 +32,16 @@ void RecordStage::process(pipeline::Observation& observation) {
       if (masks_ != nullptr) masks_->add(observation.mask.mask);
       rows_.push_back(row);
       cut_.push_back(row.body && observation.mask.cut);
-      states_.push_back(std::move(observation.state));
+      states_.add(observation);
     }
   }
   seen_(observation.time);
 }
 
 void RecordStage::thin_out() {
-  const auto kept = (rows_.size() + 1) / 2;
-  for (std::size_t k = 1; k < kept; ++k) {
-    rows_[k] = rows_[2 * k];
-    cut_[k] = cut_[2 * k];
-    states_[k] = std::move(states_[2 * k]);
-  }
-  rows_.resize(kept);
-  cut_.resize(kept);
-  states_.resize(kept);
+  keep_every_second(rows_);
+  keep_every_second(cut_);
+  states_.keep_every_second();
   if (masks_ != nullptr) masks_->keep_every_second();
   step_ *= 2;
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/kept_states.hpp"
 #include "cli/thumbnails.hpp"
 #include "outputs/frames_csv.hpp"
 #include "outputs/npy.hpp"
@@ -35,18 +36,21 @@ class InferredShare {
 /// that there are never more than so many.
 class RecordStage final : public pipeline::Stage {
  public:
+  /// @param states  where the state of every row goes.
   /// @param most_rows  at least 2.
   /// @param masks  where every mask that is kept is written; may be null.
   /// @param seen  told the time of every frame that is done.
-  RecordStage(std::size_t most_rows, ThumbnailKeeper thumbnails, outputs::NpyPictures* masks,
+  RecordStage(KeptStates& states, std::size_t most_rows, ThumbnailKeeper thumbnails, outputs::NpyPictures* masks,
               std::function<void(Nanoseconds)> seen)
-      : most_rows_(most_rows), thumbnails_(std::move(thumbnails)), masks_(masks), seen_(std::move(seen)) {}
+      : states_(states),
+        most_rows_(most_rows),
+        thumbnails_(std::move(thumbnails)),
+        masks_(masks),
+        seen_(std::move(seen)) {}
 
   [[nodiscard]] std::string name() const override { return "record"; }
   void process(pipeline::Observation& observation) override;
 
-  /// The states, one a row; they are the caller's now.
-  [[nodiscard]] std::vector<std::unique_ptr<const body::MaskState>> take_states() { return std::move(states_); }
   [[nodiscard]] const std::vector<outputs::FrameRow>& rows() const { return rows_; }
   [[nodiscard]] const ThumbnailKeeper& thumbnails() const { return thumbnails_; }
   [[nodiscard]] std::size_t bodies() const;      ///< Rows with a body.
@@ -58,13 +62,13 @@ class RecordStage final : public pipeline::Stage {
  private:
   void thin_out();
 
+  KeptStates& states_;
   std::size_t most_rows_;
   std::size_t step_ = 1;
   std::size_t seen_frames_ = 0;
   ThumbnailKeeper thumbnails_;
   outputs::NpyPictures* masks_;
   std::function<void(Nanoseconds)> seen_;
-  std::vector<std::unique_ptr<const body::MaskState>> states_;
   std::vector<outputs::FrameRow> rows_;
   std::vector<bool> cut_;  // By row.
   InferredShare inferred_;

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/kept_states.hpp"
+
+#include "similarity/mask_comparer.hpp"
+
+namespace choreo::cli {
+
+std::unique_ptr<const similarity::Comparer> KeptMasks::comparer() {
+  auto comparer = std::make_unique<similarity::MaskComparer>(states_, kernel_);
+  canvas_ = comparer->canvas();
+  states_.clear();  // The comparer has its own.
+  return comparer;
+}
+
+}  // namespace choreo::cli
