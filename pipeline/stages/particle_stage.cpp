@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/stages/particle_stage.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+
+namespace choreo::pipeline {
+namespace {
+
+vision::ToneSet starting_tones(const ParticleStageOptions& options) {
+  auto tones = options.given;
+  tones.outliers = options.tones.outliers;
+  return tones;
+}
+
+vision::ArmOptions arm_options(const ParticleStageOptions& options) {
+  auto arms = options.arms;
+  arms.min_probability = options.tones.threshold;
+  return arms;
+}
+
+std::vector<std::size_t> places(const vision::ToneSet& tones, const std::vector<std::string>& names) {
+  std::vector<std::size_t> places;
+  for (const auto& name : names) {
+    const auto place = tones.find(name);
+    if (place < tones.tones.size()) places.push_back(place);
+  }
+  return places;
+}
+
+}  // namespace
+
+ParticleStage::ParticleStage(ParticleStageOptions options)
+    : options_(std::move(options)), mapper_(starting_tones(options_)), finder_(arm_options(options_)) {
+  options_.tones.validate();
+  if (options_.tones.learn_skin) learner_.emplace(options_.tones);
+  std::vector<std::string> known;
+  if (learner_) known.emplace_back("skin");
+  for (const auto& tone : options_.given.tones) known.push_back(tone.name);
+  for (const auto& name : options_.tones.arms) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    throw usage_error(fmt::format("names \"{}\", which is no tone", name), "tones.arms",
+                      known.empty() ? "there is no tone: give a tones.file, or learn the skin" : "known: " + join(known));
+  }
+  arm_tones_ = places(mapper_.tones(), options_.tones.arms);
+}
+
+void ParticleStage::learn(const Observation& observation) {
+  if (!learner_ || !observation.face) return;
+  if (!learner_->add(observation.picture, *observation.face, to_seconds(observation.time))) return;
+  auto tones = starting_tones(options_);
+  if (learner_->clothes()) tones.put(*learner_->clothes());
+  if (learner_->skin()) tones.put(*learner_->skin());
+  mapper_.rebuild(std::move(tones));
+  arm_tones_ = places(mapper_.tones(), options_.tones.arms);
+}
+
+void ParticleStage::process(Observation& observation) {
+  learn(observation);
+  const auto& mask = observation.mask.mask;
+  const auto time_s = to_seconds(observation.time);
+  const auto posterior = mapper_.posterior(observation.picture, mask, arm_tones_);
+  observation.arms = finder_.find(posterior, mask, observation.face, time_s);
+  const auto& arms = observation.arms;
+  const bool joined = arms.found == vision::ArmCase::kJoined;
+  if (!observation.face || (!joined && arms.found != vision::ArmCase::kTwoArms)) return;
+  const auto& second = arms.blob[joined ? 0 : 1].moments;
+  observation.particles = std::make_unique<const body::ParticleState>(
+      arms.blob[0].moments, second, observation.face->centre, observation.face->width, options_.bounds);
+}
+
+}  // namespace choreo::pipeline

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/stages/semaphore_stage.hpp"
+
+namespace choreo::pipeline {
+
+void SemaphoreStage::process(Observation& observation) {
+  std::optional<body::ParticleState> state;
+  if (observation.particles) state = *observation.particles;
+  auto step = reader_.add(to_seconds(observation.time), state);
+  take(step.ended);
+  observation.signal = Signal{step.now, step.held, speller_.text_with(step.held)};
+}
+
+void SemaphoreStage::finish() { take(reader_.finish()); }
+
+void SemaphoreStage::take(const std::vector<recognition::HeldSign>& ended) {
+  for (const auto& sign : ended) speller_.add(sign);
+  signs_.insert(signs_.end(), ended.begin(), ended.end());
+}
+
+}  // namespace choreo::pipeline
