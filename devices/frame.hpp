@@ -41,6 +41,8 @@ struct Frame {
   /// Of a take that is replayed as it was processed: the run that recorded it never came to this frame. It is counted
   /// and may teach the background, and goes no further.
   bool overtaken = false;
+  /// Likewise: a detection of faces that was due at this frame was not ready in that run, and had no effect.
+  bool late_face = false;
 };
 
 using FramePtr = std::shared_ptr<const Frame>;
