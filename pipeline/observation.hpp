@@ -54,6 +54,7 @@ struct Observation {
   double contraction = 0;         ///< See body::contraction; 0 without a body.
 
   // From ParticleStage; the state is absent where two arms and a face were not seen.
+  double tone_share = 0;  ///< Of the body, what has the arms' tone, 0 to 1.
   vision::Arms arms;
   std::unique_ptr<const body::ParticleState> particles;
 

@@ -2,10 +2,12 @@
 #include "pipeline/stages/particle_stage.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <utility>
 
 #include <fmt/format.h>
+#include <opencv2/core.hpp>
 
 #include "core/error.hpp"
 #include "core/text.hpp"
@@ -45,8 +47,9 @@ ParticleStage::ParticleStage(ParticleStageOptions options)
   for (const auto& tone : options_.given.tones) known.push_back(tone.name);
   for (const auto& name : options_.tones.arms) {
     if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-    throw usage_error(fmt::format("names \"{}\", which is no tone", name), "tones.arms",
-                      known.empty() ? "there is no tone: give a tones.file, or learn the skin" : "known: " + join(known));
+    throw usage_error(
+        fmt::format("names \"{}\", which is no tone", name), "tones.arms",
+        known.empty() ? "there is no tone: give a tones.file, or learn the skin" : "known: " + join(known));
   }
   arm_tones_ = places(mapper_.tones(), options_.tones.arms);
 }
@@ -66,6 +69,10 @@ void ParticleStage::process(Observation& observation) {
   const auto& mask = observation.mask.mask;
   const auto time_s = to_seconds(observation.time);
   const auto posterior = mapper_.posterior(observation.picture, mask, arm_tones_);
+  if (observation.mask.area > 0) {
+    const auto least = std::ceil(255 * options_.tones.threshold);
+    observation.tone_share = double(cv::countNonZero(posterior >= least)) / observation.mask.area;
+  }
   observation.arms = finder_.find(posterior, mask, observation.face, time_s);
   const auto& arms = observation.arms;
   const bool joined = arms.found == vision::ArmCase::kJoined;

@@ -23,6 +23,7 @@ outputs::FrameRow row_of(const pipeline::Observation& observation) {
 
 void RecordStage::process(pipeline::Observation& observation) {
   const auto row = row_of(observation);
+  seen_(observation);
   inferred_.add(observation.mask);
   if (row.body) thumbnails_.add(observation.picture, observation.mask.mask, *observation.state, row.time_s);
   if (observation.mask.sudden) sudden_changes_s_.push_back(row.time_s);
@@ -35,7 +36,6 @@ void RecordStage::process(pipeline::Observation& observation) {
       states_.add(observation);
     }
   }
-  seen_(observation.time);
 }
 
 void RecordStage::thin_out() {

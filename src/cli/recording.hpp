@@ -39,9 +39,9 @@ class RecordStage final : public pipeline::Stage {
   /// @param states  where the state of every row goes.
   /// @param most_rows  at least 2.
   /// @param masks  where every mask that is kept is written; may be null.
-  /// @param seen  told the time of every frame that is done.
+  /// @param seen  shown every frame that is done.
   RecordStage(KeptStates& states, std::size_t most_rows, ThumbnailKeeper thumbnails, outputs::NpyPictures* masks,
-              std::function<void(Nanoseconds)> seen)
+              std::function<void(const pipeline::Observation&)> seen)
       : states_(states),
         most_rows_(most_rows),
         thumbnails_(std::move(thumbnails)),
@@ -68,7 +68,7 @@ class RecordStage final : public pipeline::Stage {
   std::size_t seen_frames_ = 0;
   ThumbnailKeeper thumbnails_;
   outputs::NpyPictures* masks_;
-  std::function<void(Nanoseconds)> seen_;
+  std::function<void(const pipeline::Observation&)> seen_;
   std::vector<outputs::FrameRow> rows_;
   std::vector<bool> cut_;  // By row.
   InferredShare inferred_;
