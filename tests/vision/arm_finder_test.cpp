@@ -205,7 +205,7 @@ TEST(ArmFinder, TheMomentsOfPiecesAdd) {
 
 TEST(ArmFinder, ASleeveOverTheElbowSplitsABentArmThatIsPutTogether) {
   auto drawing = Drawing().limb({2.5, 1.3}, {5, 1.3});
-  drawing.limb({-1.6, 1.6}, {-2, 2.3}).limb({-2, 2.9}, {-1.8, 5});
+  drawing.limb({-1.6, 1.6}, {-2, 2.3}).limb({-2, 3.2}, {-1.8, 5});
   const auto arms = drawing.found();
   ASSERT_EQ(arms.found, ArmCase::kTwoArms);
   EXPECT_TRUE(arms.pieced);
