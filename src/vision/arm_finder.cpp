@@ -28,11 +28,12 @@ constexpr double kNecklineEnd = 1.6;
 constexpr double kChestHalfWidth = 1.0;
 constexpr double kChestEnd = 2.2;
 
-constexpr double kSlack = 1.12;      // On reach: nobody is exactly Vitruvian.
+constexpr double kSlack = 1.15;      // On reach: nobody is exactly Vitruvian.
 constexpr double kWhole = 0.95;      // Share of an arm's pixels that one shoulder reaches.
 constexpr double kMostly = 0.7;      // Share of an arm's pixels that some shoulder reaches.
 constexpr double kTwoArms = 1.6;     // Areas of one arm from which on a region holds two.
 constexpr double kStillTwo = 1.2;    // Likewise where it did so just before.
+constexpr double kWholeArm = 2.6;    // Face widths squared: an arm bare from the shoulder on is not larger.
 constexpr double kPiece = 0.6;       // Areas of one arm under which a region may be a piece of one.
 constexpr double kThin = 0.45;       // Root of the least variance of an arm, bent or not, in face widths.
 constexpr double kLearnRate = 0.05;  // Of the typical area, a frame.
@@ -59,11 +60,9 @@ std::pair<int, int> pixels(double low, double high, int limit) {
   return {std::clamp(int(std::ceil(low)), 0, limit), std::clamp(int(std::floor(high)) + 1, 0, limit)};
 }
 
-// The least and largest eigenvalue of the covariance, px^2.
-std::pair<double, double> variances(const Moments& m) {
-  const double middle = (m.mu20 + m.mu02) / 2 / m.m00;
-  const double half = std::hypot((m.mu20 - m.mu02) / 2, m.mu11) / m.m00;
-  return {middle - half, middle + half};
+// The least eigenvalue of the covariance, px^2.
+double least_variance(const Moments& m) {
+  return ((m.mu20 + m.mu02) / 2 - std::hypot((m.mu20 - m.mu02) / 2, m.mu11)) / m.m00;
 }
 
 double distance(cv::Point2d a, cv::Point2d b) { return std::hypot(a.x - b.x, a.y - b.y); }
@@ -110,10 +109,10 @@ class ArmFinder::Search {
   [[nodiscard]] bool is_arm(const Candidate& c) const {
     return in_areas(c) >= options_.least_arm && in_areas(c) <= options_.largest_arm && whole(c);
   }
-  // Whether it is as large, or reaches as far, as no single arm.
+  // Whether it is as large, or reaches as far, as no single arm. One bare up to its shoulder is larger than a forearm.
   [[nodiscard]] bool holds_two(const Candidate& c, double areas) const {
-    return (in_areas(c) > areas * typical_ || !whole(c)) && in_areas(c) <= 2 * options_.largest_arm &&
-           in_areas(c) >= typical_;
+    const bool large = in_areas(c) > areas * typical_ && !(is_arm(c) && in_areas(c) < kWholeArm && at_one_shoulder(c));
+    return (large || !whole(c)) && in_areas(c) <= 2 * options_.largest_arm && in_areas(c) >= typical_;
   }
   [[nodiscard]] double in_areas(const Candidate& c) const { return c.area() / (unit_ * unit_); }
   [[nodiscard]] cv::Point2d place(const Candidate& c) const {
@@ -121,9 +120,7 @@ class ArmFinder::Search {
   }
   // Whether a point, in face widths from the face, lies on the region or beside it.
   [[nodiscard]] bool covers(const Candidate& c, cv::Point2d point) const {
-    const auto p = face_.centre + point * unit_;
-    return std::any_of(c.runs.begin(), c.runs.end(),
-                       [&](const Run& run) { return distance_to(run, p) <= 0.4 * unit_; });
+    return near(c, face_.centre + point * unit_, 0.4);
   }
 
  private:
@@ -133,6 +130,13 @@ class ArmFinder::Search {
   [[nodiscard]] cv::Point2d shoulder(int side) const {
     return face_.centre + cv::Point2d(side * options_.shoulder_aside, options_.shoulder_below) * unit_;
   }
+  [[nodiscard]] bool near(const Candidate& c, cv::Point2d p, double face_widths) const {
+    return std::any_of(c.runs.begin(), c.runs.end(),
+                       [&](const Run& run) { return distance_to(run, p) <= face_widths * unit_; });
+  }
+  [[nodiscard]] bool at_one_shoulder(const Candidate& c) const {
+    return near(c, shoulder(-1), 0.6) != near(c, shoulder(1), 0.6);
+  }
   [[nodiscard]] double share_reached(const Candidate& c, bool left, bool right) const;
   [[nodiscard]] bool whole(const Candidate& c) const {
     return std::max(share_reached(c, true, false), share_reached(c, false, true)) >= kWhole;
@@ -140,6 +144,7 @@ class ArmFinder::Search {
   [[nodiscard]] double share_on_chest(const Candidate& c) const;
   [[nodiscard]] Candidate made(Blob blob, std::vector<Run> runs, double margin) const;
   [[nodiscard]] std::vector<Candidate> without_chest(const Candidate& c, double margin) const;
+  [[nodiscard]] static double extent(const Candidate& a, const Candidate& b, const Moments& both);
   [[nodiscard]] bool one_arm(const Candidate& a, const Candidate& b) const;
   void put_together(std::vector<Candidate>& all) const;
 
@@ -249,14 +254,33 @@ std::vector<ArmFinder::Candidate> ArmFinder::Search::without_chest(const Candida
   return arms;
 }
 
+// How far two regions reach along the principal axis of both, px.
+double ArmFinder::Search::extent(const Candidate& a, const Candidate& b, const Moments& both) {
+  const double angle = std::atan2(2 * both.mu11, both.mu20 - both.mu02) / 2;
+  const cv::Point2d axis(std::cos(angle), std::sin(angle));
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  for (const auto* c : {&a, &b}) {
+    for (const auto& run : c->runs) {
+      for (const int x : {run.from, run.to - 1}) {
+        const double along = axis.dot(cv::Point2d(x, run.y));
+        low = std::min(low, along);
+        high = std::max(high, along);
+      }
+    }
+  }
+  return high - low;
+}
+
 // Whether two regions are pieces of one arm: one of them short, near each other, in line or around an elbow.
 bool ArmFinder::Search::one_arm(const Candidate& a, const Candidate& b) const {
-  if (std::min(in_areas(a), in_areas(b)) >= kPiece * typical_) return false;
+  // Two that the face parts may both be large.
+  const bool at_face = a.at_face && b.at_face;
+  if (!at_face && std::min(in_areas(a), in_areas(b)) >= kPiece * typical_) return false;
   const auto both = together(a.blob.moments, b.blob.moments);
-  const auto [least, largest] = variances(both);
-  if (both.m00 > options_.largest_arm * unit_ * unit_ || std::sqrt(least) > kThin * unit_) return false;
-  // A rod of length l has the variance l^2 / 12.
-  if (std::sqrt(12 * largest) > kSlack * options_.reach * unit_) return false;
+  if (both.m00 > options_.largest_arm * unit_ * unit_) return false;
+  if (std::sqrt(std::max(0.0, least_variance(both))) > kThin * unit_) return false;
+  if (extent(a, b, both) > kSlack * options_.reach * unit_) return false;
 
   double gap = std::numeric_limits<double>::infinity();
   cv::Point2d end_a;
@@ -272,7 +296,7 @@ bool ArmFinder::Search::one_arm(const Candidate& a, const Candidate& b) const {
     }
   }
   // What the face hides of an arm before it is not missing between the pieces.
-  const bool behind_face = a.at_face && b.at_face && gap <= 2 * (kHeadHalfHeight + 0.1) * unit_;
+  const bool behind_face = at_face && gap <= 2 * (kHeadHalfHeight + 0.1) * unit_;
   if (gap > options_.piece_gap * unit_ && !behind_face) return false;
   // Side by side they are two arms: the gap must lie between the two, not beside them.
   const auto ca = a.blob.moments.centroid;
