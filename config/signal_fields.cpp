@@ -71,6 +71,9 @@ void add_face(std::vector<Field>& fields) {
   fields.push_back(number(
       "face.coast_s", [](Options& o) -> double& { return o.face.track.coast_s; }, {0, 60}, "from 0 to 60 s",
       "How long a face is kept that is not seen."));
+  fields.push_back(number(
+      "face.hidden_s", [](Options& o) -> double& { return o.face.track.hidden_s; }, {0, 600}, "from 0 to 600 s",
+      "The same where the body is still in its place: an arm before the face."));
   fields.push_back(integer(
       "face.delay_frames", [](Options& o) -> int& { return o.face.delay_frames; }, 1, 60, "from 1 to 60 frames",
       "So long after the frame that is searched its face takes effect; the search has this time."));

@@ -22,8 +22,11 @@ namespace {
 
 struct AnalyzeOptions {
   SourceOptions source;
+  SignalOptions signals;
   std::string out;
   std::vector<std::string> save;
+
+  [[nodiscard]] bool saves(const char* what) const { return std::find(save.begin(), save.end(), what) != save.end(); }
 };
 
 constexpr auto kManual = R"(
@@ -36,6 +39,9 @@ What it writes into DIR:
   times.npy      float64, N: seconds since the source's first frame
   frames.csv     one row a frame: body, area, centroid, box, motion, symmetry
   masks.npy      with --save masks: uint8 0/1, N x H x W
+  particles.csv  with --save particles: one row a frame: face, arms and the
+                 particle state, in face widths
+  letters.json   with --recognise semaphore: letters with times, and the text
   summary.json   source, sizes, settings, warnings, timings
 Nothing is written under these names before all of it is complete.
 
@@ -45,6 +51,7 @@ Examples:
   choreoscope analyze long.mkv --out out/long --every 5 --span 60:180
   choreoscope analyze 'synthetic://jumping-jacks?seed=3' --out out/jacks
   choreoscope analyze clip.mkv --out out/clip --set mask.threshold=18
+  choreoscope analyze signals.mp4 --out out/signals --recognise semaphore
 
 Exit status: 0 done, 1 failed while running, 2 refused (usage, configuration,
 source), 130 interrupted: what was computed until then is written.)";
@@ -54,7 +61,8 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   const pipeline::SteadyClock clock;
   const auto config = options.source.configuration();
   const auto& settings = config.options();
-  const bool save_masks = std::find(options.save.begin(), options.save.end(), "masks") != options.save.end();
+  const bool save_masks = options.saves("masks");
+  const bool save_particles = options.saves("particles");
   Preparation prepared(options.source, settings, session, clock);
   auto& summary = prepared.summary;
   const auto& stop = prepared.stop;
@@ -64,7 +72,12 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   const auto frames = expected_frames(summary, prepared.selection, std::size_t(settings.matrix_rows));
   files.require_space(space_for(frames, save_masks ? summary.working_size : cv::Size()),
                       fmt::format("the matrices of {} frames", frames));
+  // Files that cannot be used are refused before anything is read.
+  const bool looks_at_arms = options.signals.particles() || options.signals.reads() || save_particles;
+  std::optional<SignalChain> chain;
+  if (looks_at_arms) chain.emplace(settings, options.signals.reads(), nullptr);
   auto masker = prepared.learn();
+  const bool colour = !looks_at_arms || prepared.has_colour();
   // Said at once, whatever is being done: people press again where nothing answers.
   const std::stop_callback answer(
       stop, [&] { console.warn("interrupted: what was read is finished and written; again to leave nothing"); });
@@ -73,10 +86,12 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   if (save_masks) masks.emplace(files.add("masks.npy"), summary.working_size);
   // Files lie about their length and spans reach beyond it: the bar is for people, and need not be exact.
   const auto end = std::min(summary.source.duration.value_or(Nanoseconds::max()), prepared.selection.to);
-  const auto seen = [&](Nanoseconds time) {
+  SignalTally tally;
+  const auto seen = [&](const pipeline::Observation& o) {
+    tally.add(o);
     const auto to_do = to_seconds(end - prepared.selection.from);
     console.progress("reading frames",
-                     end == Nanoseconds::max() ? -1.0 : to_seconds(time - prepared.selection.from) / to_do);
+                     end == Nanoseconds::max() ? -1.0 : to_seconds(o.time - prepared.selection.from) / to_do);
   };
   std::vector<std::unique_ptr<pipeline::Stage>> stages;
   stages.push_back(std::make_unique<pipeline::PictureStage>(summary.working_size, masker.uses_depth()));

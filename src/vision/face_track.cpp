@@ -21,6 +21,7 @@ constexpr int kCandidateMisses = 3;    // Searches in vain that end a face which
 constexpr int kOtherMisses = 8;        // And one that counts but is not the performer's.
 constexpr double kReach = 0.7;         // Face widths from where it was expected ...
 constexpr double kReachPerSecond = 4;  // ... and for each second since.
+constexpr double kReachGrows_s = 1;    // At most; or as long as a face coasts.
 constexpr double kAlikeWidths = 1.5;   // Ratio.
 constexpr double kMovedBy = 0.6;       // Face widths; a detector's jitter on a poster is a tenth.
 constexpr double kOnBody = 0.3;        // Share of a face's box that the body mask has to cover.
@@ -50,6 +51,9 @@ void FaceTrackOptions::validate() const {
   if (!(coast_s >= 0 && coast_s <= 60)) {
     throw usage_error(fmt::format("coast_s is {}", coast_s), {}, "it is from 0 to 60 seconds");
   }
+  if (!(hidden_s >= 0 && hidden_s <= 600)) {
+    throw usage_error(fmt::format("hidden_s is {}", hidden_s), {}, "it is from 0 to 600 seconds");
+  }
 }
 
 FaceTracker::FaceTracker(const FaceTrackOptions& options) : options_(options) { options_.validate(); }
@@ -61,6 +65,10 @@ cv::Point2d FaceTracker::Track::at(double time_s) const {
 
 bool FaceTracker::counts(const Track& track) const {
   return track.hits >= options_.persistence && (track.on_body < 0 || track.on_body >= kOnBody);
+}
+
+double FaceTracker::stays_s(const Track& track) const {
+  return track.covered ? std::max(options_.coast_s, options_.hidden_s) : options_.coast_s;
 }
 
 bool FaceTracker::may_be_chosen(const Track& track) const {
@@ -86,7 +94,9 @@ void FaceTracker::match(const FaceSighting& sighting, cv::Size size) {
     const cv::Point2d centre = (box.tl() + box.br()) / 2;
     for (std::size_t t = 0; t < tracks_.size(); ++t) {
       const auto& track = tracks_[t];
-      const double allowed = reach(track.width, sighting.time_s - track.seen_s);
+      // Nobody goes far while they are hidden behind their own arm.
+      const double unseen_s = std::min(sighting.time_s - track.seen_s, std::max(options_.coast_s, kReachGrows_s));
+      const double allowed = reach(track.width, unseen_s);
       const double distance = cv::norm(centre - track.at(sighting.time_s)) / allowed;
       if (distance <= 1 && alike(box.width, track.width)) pairs.push_back({distance, f, t});
     }
@@ -118,6 +128,7 @@ void FaceTracker::match(const FaceSighting& sighting, cv::Size size) {
     track.confidence += 0.5 * (face.confidence - track.confidence);
     ++track.hits;
     track.misses = 0;
+    track.covered = false;
     track.moved = track.moved || cv::norm(track.centre - track.first) > kMovedBy * track.width;
     if (const double share = on_body(face.box); share >= 0) {
       track.on_body = track.on_body < 0 ? share : track.on_body + 0.4 * (share - track.on_body);
@@ -128,7 +139,11 @@ void FaceTracker::match(const FaceSighting& sighting, cv::Size size) {
     auto& track = tracks_[t];
     const bool searched = cv::Rect2d(query.where).contains(track.at(sighting.time_s)) &&
                           query.least_px <= track.width && track.width <= query.most_px;
-    if (found[t] == 0 && searched) ++track.misses;
+    if (found[t] != 0) continue;
+    if (searched) ++track.misses;
+    const auto centre = track.at(sighting.time_s);
+    const cv::Rect2d box(centre.x - track.width / 2, centre.y - track.width / 2, track.width, track.width);
+    track.covered = track.on_body >= kOnBody && on_body(box) >= kOnBody;
   }
   for (std::size_t f = 0; f < faces.size(); ++f) {
     const auto& face = faces[f];
@@ -154,7 +169,7 @@ void FaceTracker::forget(double time_s, cv::Size size) {
   const auto gone = [&](const Track& track) {
     const double unseen_s = time_s - track.seen_s;
     if (!picture.contains(track.at(time_s))) return true;
-    if (track.id == chosen_) return unseen_s > options_.coast_s;
+    if (track.id == chosen_) return unseen_s > stays_s(track);
     if (track.hits < options_.persistence) return track.misses >= kCandidateMisses || unseen_s > kOthersStay_s;
     return track.misses >= kOtherMisses || unseen_s > kOthersStay_s;
   };
@@ -216,7 +231,8 @@ FaceReport FaceTracker::update(double time_s, cv::Size size, const FaceSighting*
     if (track.id != chosen_) continue;
     const double unseen_s = std::max(0.0, time_s - track.seen_s);
     // Half of it is gone when the face is.
-    const double fade = options_.coast_s > 0 ? 1 - 0.5 * std::min(1.0, unseen_s / options_.coast_s) : 1;
+    const double stays = stays_s(track);
+    const double fade = stays > 0 ? 1 - 0.5 * std::min(1.0, unseen_s / stays) : 1;
     report.face = TrackedFace{track.at(time_s), track.width, track.confidence * fade, time_s - track.first_s, unseen_s};
   }
   return report;

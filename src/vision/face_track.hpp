@@ -23,6 +23,7 @@ struct FaceTrackOptions {
   FaceChoice choose = FaceChoice::kTracked;
   int persistence = 3;   ///< Times that a face is seen before it counts, [1, 100].
   double coast_s = 1.0;  ///< How long a face is kept that is not seen, [0, 60].
+  double hidden_s = 10;  ///< The same where the body is still where the face was: an arm before it. [0, 600].
 
   void validate() const;  ///< @throws Error (usage) naming the option, its value and its range.
 };
@@ -64,7 +65,7 @@ struct FaceCandidate {
 ///
 /// A face counts once it was seen `persistence` times. Between searches it moves on with damped velocity; unseen, it
 /// stays for `coast_s` while its confidence falls. Where the frame's body mask is known, the performer's face is on the
-/// body. Where it is not, a face that has never moved, such as a poster's, does not follow one that was lost elsewhere
+/// body, and one whose place the body goes on covering is hidden rather than gone: it stays for `hidden_s`. Where it is not, a face that has never moved, such as a poster's, does not follow one that was lost elsewhere
 /// unless it came up after that; and it gives way to a face that moves.
 /// The same sightings and times give the same results, to the last bit.
 /// @thread thread-bound
@@ -91,6 +92,7 @@ class FaceTracker {
     int hits = 0;
     int misses = 0;
     bool moved = false;
+    bool covered = false;  // At the last search the body was where the face, unseen, should have been.
 
     [[nodiscard]] cv::Point2d at(double time_s) const;
   };
@@ -100,6 +102,7 @@ class FaceTracker {
   void choose(double time_s);
   [[nodiscard]] bool counts(const Track& track) const;
   [[nodiscard]] bool may_be_chosen(const Track& track) const;
+  [[nodiscard]] double stays_s(const Track& track) const;
 
   FaceTrackOptions options_;
   std::vector<Track> tracks_;  // By id.

@@ -6,6 +6,9 @@
 #include <cmath>
 #include <utility>
 
+#include <opencv2/core.hpp>
+#include <utility>
+
 namespace choreo::vision {
 namespace {
 

@@ -99,6 +99,7 @@ std::vector<Case> cases() {
       {"face.most_share", {"0.02", "1"}, no_number({"0.01", "1.01"})},
       {"face.persistence", {"1", "100"}, no_integer({"0", "101"})},
       {"face.coast_s", {"0", "60"}, no_number({"-0.1", "60.1"})},
+      {"face.hidden_s", {"0", "600"}, no_number({"-0.1", "600.1"})},
       {"face.delay_frames", {"1", "60"}, no_integer({"0", "61"})},
       {"face.near_frames", {"1", "1000"}, no_integer({"0", "1001"})},
       {"face.whole_frames", {"1", "100000"}, no_integer({"0", "100001"})},
