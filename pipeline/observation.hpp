@@ -56,7 +56,7 @@ struct Observation {
   // From ParticleStage; the state is absent where two arms and a face were not seen.
   double tone_share = 0;  ///< Of the body, what has the arms' tone, 0 to 1.
   vision::Arms arms;
-  std::unique_ptr<const body::ParticleState> particles;
+  std::optional<body::ParticleState> particles;
 
   // From SemaphoreStage.
   std::optional<Signal> signal;

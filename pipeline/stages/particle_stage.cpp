@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <utility>
 
 #include <fmt/format.h>
@@ -78,8 +77,8 @@ void ParticleStage::process(Observation& observation) {
   const bool joined = arms.found == vision::ArmCase::kJoined;
   if (!observation.face || (!joined && arms.found != vision::ArmCase::kTwoArms)) return;
   const auto& second = arms.blob[joined ? 0 : 1].moments;
-  observation.particles = std::make_unique<const body::ParticleState>(
-      arms.blob[0].moments, second, observation.face->centre, observation.face->width, options_.bounds);
+  observation.particles.emplace(arms.blob[0].moments, second, observation.face->centre, observation.face->width,
+                                options_.bounds);
 }
 
 }  // namespace choreo::pipeline

@@ -4,9 +4,7 @@
 namespace choreo::pipeline {
 
 void SemaphoreStage::process(Observation& observation) {
-  std::optional<body::ParticleState> state;
-  if (observation.particles) state = *observation.particles;
-  auto step = reader_.add(to_seconds(observation.time), state);
+  const auto step = reader_.add(to_seconds(observation.time), observation.particles);
   take(step.ended);
   observation.signal = Signal{step.now, step.held, speller_.text_with(step.held)};
 }

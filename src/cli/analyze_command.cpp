@@ -13,6 +13,7 @@
 #include "cli/preparation.hpp"
 #include "cli/recording.hpp"
 #include "cli/results.hpp"
+#include "cli/signal_chain.hpp"
 #include "cli/source_options.hpp"
 #include "pipeline/stages/silhouette_stages.hpp"
 #include "pipeline/steady_clock.hpp"
@@ -68,16 +69,23 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   const auto& stop = prepared.stop;
   if (options.out.empty()) throw usage_error("is empty", "--out", "name the folder to write to");
   outputs::OutputSet files(options.out);
-  announce_files(summary, files, settings, save_masks);
+  std::vector<std::string> more;
+  if (save_masks) more.emplace_back("masks.npy");
+  if (save_particles) more.emplace_back("particles.csv");
+  if (options.signals.reads()) more.emplace_back("letters.json");
+  announce_files(summary, files, settings, more);
   const auto frames = expected_frames(summary, prepared.selection, std::size_t(settings.matrix_rows));
   files.require_space(space_for(frames, save_masks ? summary.working_size : cv::Size()),
                       fmt::format("the matrices of {} frames", frames));
   // Files that cannot be used are refused before anything is read.
-  const bool looks_at_arms = options.signals.particles() || options.signals.reads() || save_particles;
   std::optional<SignalChain> chain;
-  if (looks_at_arms) chain.emplace(settings, options.signals.reads(), nullptr);
+  if (options.signals.particles() || options.signals.reads() || save_particles) {
+    chain.emplace(settings, options.signals.reads(), nullptr);
+  }
   auto masker = prepared.learn();
-  const bool colour = !looks_at_arms || prepared.has_colour();
+  SignalTally tally;
+  const bool arms = chain && prepared.has_colour();
+  if (chain && !arms) tally.no_colour();
   // Said at once, whatever is being done: people press again where nothing answers.
   const std::stop_callback answer(
       stop, [&] { console.warn("interrupted: what was read is finished and written; again to leave nothing"); });
@@ -86,9 +94,8 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   if (save_masks) masks.emplace(files.add("masks.npy"), summary.working_size);
   // Files lie about their length and spans reach beyond it: the bar is for people, and need not be exact.
   const auto end = std::min(summary.source.duration.value_or(Nanoseconds::max()), prepared.selection.to);
-  SignalTally tally;
   const auto seen = [&](const pipeline::Observation& o) {
-    tally.add(o);
+    if (arms) tally.add(o);
     const auto to_do = to_seconds(end - prepared.selection.from);
     console.progress("reading frames",
                      end == Nanoseconds::max() ? -1.0 : to_seconds(o.time - prepared.selection.from) / to_do);
@@ -97,9 +104,15 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   stages.push_back(std::make_unique<pipeline::PictureStage>(summary.working_size, masker.uses_depth()));
   stages.push_back(std::make_unique<pipeline::MaskStage>(std::move(masker)));
   stages.push_back(std::make_unique<pipeline::StateStage>(settings.motion_window_s));
-  KeptMasks states(prepared.kernel);
+  if (arms) chain->add_to(stages);
+  std::unique_ptr<KeptStates> states;
+  if (arms && options.signals.particles()) {
+    states = std::make_unique<KeptParticles>();
+  } else {
+    states = std::make_unique<KeptMasks>(prepared.kernel);
+  }
   auto owned_record = std::make_unique<RecordStage>(
-      states, std::size_t(settings.matrix_rows),
+      *states, save_particles, std::size_t(settings.matrix_rows),
       ThumbnailKeeper(settings.plot.thumbnails, settings.plot.thumbnails_at_s), masks ? &*masks : nullptr, seen);
   auto& record = *owned_record;
   stages.push_back(std::move(owned_record));
@@ -114,15 +127,23 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   }
 
   summary.thinned_to_every = record.kept_every();
-  const auto comparer = states.comparer();
-  summary.canvas = states.canvas();
+  const auto comparer = states->comparer();
+  summary.canvas = states->canvas();
   summary.sudden_changes_s = record.sudden_changes_s();
   summary.inferred = record.inferred();
+  if (save_particles) {
+    outputs::write_file(files.add("particles.csv"), outputs::particles_csv(record.particle_rows()));
+  }
+  if (options.signals.reads()) {
+    chain->finish();
+    outputs::write_file(files.add("letters.json"), letters_json(*chain));
+  }
   write_results(
       summary, config, *comparer,
-      {record.rows(), record.thumbnails().chosen(), record.bodies(), record.cut_bodies(), prepared.source->warnings()},
+      {record.rows(), record.thumbnails().chosen(), record.bodies(), record.cut_bodies(), prepared.source->warnings(), tally.warnings(settings)},
       masks ? &*masks : nullptr, files, session, clock);
   tell_results(summary, files, console);
+  if (chain && chain->semaphore() != nullptr) fmt::print("{}\n", chain->semaphore()->text());
   // Also where all frames were read before: whoever stops a batch wants the batch to stop.
   return stop.stop_requested() ? kInterrupted : kDone;
 }
@@ -133,13 +154,14 @@ void declare_analyze(CLI::App& app, Command& chosen) {
   auto options = std::make_shared<AnalyzeOptions>();
   auto* command = app.add_subcommand("analyze", "turn a recording into its Z and Z* plots, matrices and tables");
   options->source.declare(*command);
+  options->signals.declare(*command);
   command->add_option("--out", options->out, "the folder to write to; made where it is missing")
       ->required()
       ->type_name("DIR");
-  command->add_option("--save", options->save, "also write: masks")
+  command->add_option("--save", options->save, "also write: masks, particles; may be repeated")
       ->type_name("WHAT")
       ->allow_extra_args(false)
-      ->check(CLI::IsMember({"masks"}));
+      ->check(CLI::IsMember({"masks", "particles"}));
   command->footer(kManual);
   command->callback(
       [options, &chosen] { chosen = [options](Session& session) { return analyze(*options, session); }; });

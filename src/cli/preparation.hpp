@@ -34,6 +34,9 @@ class Preparation {
   /// @throws Error; Interrupted
   [[nodiscard]] vision::Segmenter learn();
 
+  /// After `learn`: whether the pictures have colours, by the background or, where none was learned, the first frame.
+  [[nodiscard]] bool has_colour();
+
   DeviceNews news;  ///< Before the source, which tells it until its end.
   Summary summary;  ///< What is known of the source and its background so far.
   pipeline::FrameSelection selection;

@@ -42,7 +42,7 @@ void SignalTally::add(const pipeline::Observation& o) {
 
 std::vector<std::string> SignalTally::warnings(const config::Options& settings) const {
   std::vector<std::string> lines;
-  if (frames_ == 0) return lines;
+  if (bodies_ == 0) return lines;  // That is said already.
   const auto faceless = cases_[std::size_t(vision::ArmCase::kNoFace)];
   if (several_faces_ > 0) {
     lines.push_back(fmt::format(
@@ -55,7 +55,6 @@ std::vector<std::string> SignalTally::warnings(const config::Options& settings) 
         "face.least_share of the picture's height");
     return lines;
   }
-  if (bodies_ == 0) return lines;  // That is said already.
   if (some_tone_ == 0) {
     lines.push_back(fmt::format("none of the body has the tone of {}: see tones.arms, tones.threshold",
                                 fmt::join(settings.tones.arms, ", ")));

@@ -35,6 +35,8 @@ struct SignalOptions {
 class SignalTally {
  public:
   void add(const pipeline::Observation& observation);
+  /// Says that nothing was looked at, since the pictures are grey.
+  void no_colour() { colour_ = false; }
 
   [[nodiscard]] std::uint64_t two_arms() const { return cases_[std::size_t(vision::ArmCase::kTwoArms)]; }
   [[nodiscard]] std::uint64_t frames() const { return frames_; }
@@ -42,6 +44,7 @@ class SignalTally {
   [[nodiscard]] std::vector<std::string> warnings(const config::Options& settings) const;
 
  private:
+  bool colour_ = true;
   std::uint64_t frames_ = 0;
   std::uint64_t bodies_ = 0;
   std::uint64_t several_faces_ = 0;
