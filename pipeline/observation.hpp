@@ -25,7 +25,7 @@ namespace choreo::pipeline {
 struct Signal {
   recognition::SignReading now;               ///< Of the last moment's states, held or not.
   std::optional<recognition::HeldSign> held;  ///< The sign that is being held, up to now.
-  std::string text;                           ///< So far, with what is held.
+  std::string text;                           ///< The latest part of it, with what is held.
 };
 
 /// One frame and everything said of it so far. A stage fills its fields and never touches another's.

@@ -138,10 +138,10 @@ int analyze(const AnalyzeOptions& options, Session& session) {
     chain->finish();
     outputs::write_file(files.add("letters.json"), letters_json(*chain));
   }
-  write_results(
-      summary, config, *comparer,
-      {record.rows(), record.thumbnails().chosen(), record.bodies(), record.cut_bodies(), prepared.source->warnings(), tally.warnings(settings)},
-      masks ? &*masks : nullptr, files, session, clock);
+  write_results(summary, config, *comparer,
+                {record.rows(), record.thumbnails().chosen(), record.bodies(), record.cut_bodies(),
+                 prepared.source->warnings(), tally.warnings(settings)},
+                masks ? &*masks : nullptr, files, session, clock);
   tell_results(summary, files, console);
   if (chain && chain->semaphore() != nullptr) fmt::print("{}\n", chain->semaphore()->text());
   // Also where all frames were read before: whoever stops a batch wants the batch to stop.

@@ -15,8 +15,7 @@ namespace choreo::cli {
 namespace {
 
 // What a run may write, and an earlier run may have left.
-constexpr const char* kOptionalFiles[] = {"masks.npy",    "plot.svg",     "triangle.svg",
-                                           "particles.csv", "letters.json"};
+constexpr const char* kOptionalFiles[] = {"masks.npy", "plot.svg", "triangle.svg", "particles.csv", "letters.json"};
 
 std::vector<std::string> warnings_of(const Summary& s, const config::Options& settings, const Gathered& gathered) {
   auto warnings = gathered.source_warnings;

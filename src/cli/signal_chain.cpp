@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/signal_chain.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "config/tones_file.hpp"
+#include "outputs/letters_json.hpp"
 #include "pipeline/face_models.hpp"
 
 namespace choreo::cli {
@@ -103,9 +105,38 @@ void SignalChain::finish() {
   if (semaphore_ != nullptr) semaphore_->finish();
 }
 
-std::string letter_of(const pipeline::Signal& signal) {
-  if (signal.held) return std::string(signal.held->sign);
-  return signal.now.sign ? std::string(*signal.now.sign) : "no letter";
+outputs::SignalOverlay overlay_of(const pipeline::Observation& o, cv::Size picture) {
+  outputs::SignalOverlay overlay;
+  const double scale = double(picture.height) / std::max(1, o.picture.rows);
+  if (o.face) {
+    const double half = scale * o.face->width / 2;
+    overlay.faces.push_back({scale * o.face->centre, {half, half}});
+  }
+  const std::size_t arms = o.arms.found == vision::ArmCase::kTwoArms                                              ? 2
+                           : o.arms.found == vision::ArmCase::kOneArm || o.arms.found == vision::ArmCase::kJoined ? 1
+                                                                                                                  : 0;
+  for (std::size_t k = 0; k < arms; ++k) {
+    const auto& m = o.arms.blob[k].moments;
+    const double per = scale * scale / m.m00;
+    overlay.arms.push_back(outputs::ring_of(scale * m.centroid, per * m.mu20, per * m.mu11, per * m.mu02));
+  }
+  if (!o.signal) return overlay;
+  overlay.text = o.signal->text;
+  if (o.signal->held) overlay.letter = o.signal->held->sign;
+  if (o.signal->now.sign) {
+    overlay.beside =
+        fmt::format("{} {:.2f}, then {}", *o.signal->now.sign, o.signal->now.confidence, o.signal->now.runner_up);
+  }
+  return overlay;
+}
+
+std::string letters_json(const SignalChain& chain) {
+  std::vector<outputs::ReadLetter> letters;
+  if (chain.semaphore() == nullptr) return outputs::letters_json(letters, {});
+  for (const auto& sign : chain.semaphore()->signs()) {
+    letters.push_back({std::string(sign.sign), sign.from, sign.to, sign.confidence});
+  }
+  return outputs::letters_json(letters, chain.semaphore()->text());
 }
 
 }  // namespace choreo::cli

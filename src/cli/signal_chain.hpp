@@ -13,6 +13,7 @@
 
 #include "cli/console.hpp"
 #include "config/options.hpp"
+#include "outputs/signal_overlay.hpp"
 #include "pipeline/stages/face_stage.hpp"
 #include "pipeline/stages/particle_stage.hpp"
 #include "pipeline/stages/semaphore_stage.hpp"
@@ -76,7 +77,10 @@ class SignalChain {
   pipeline::SemaphoreStage* semaphore_ = nullptr;
 };
 
-/// "G", or "no letter"; what is held before what is seen at the moment.
-[[nodiscard]] std::string letter_of(const pipeline::Signal& signal);
+/// Face, arms, letter and text over a picture of that size.
+[[nodiscard]] outputs::SignalOverlay overlay_of(const pipeline::Observation& observation, cv::Size picture);
+
+/// What was read, as letters.json; nothing but an empty text where nothing could be looked at.
+[[nodiscard]] std::string letters_json(const SignalChain& chain);
 
 }  // namespace choreo::cli
