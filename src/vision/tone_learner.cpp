@@ -2,6 +2,7 @@
 #include "vision/tone_learner.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <utility>
@@ -23,9 +24,11 @@ constexpr double kMostStep_s = 0.2;  // What one frame can add to the time learn
 constexpr double kAlongSaturation = 0.16;  // Shares of the saturation.
 constexpr double kAcrossSaturation = 0.10;
 constexpr double kEverywhere = 0.02;
-constexpr double kValueShare = 0.85;      // Mean of v, of the face's.
-constexpr double kValueDeviation = 0.25;  // Its deviation, of the face's v.
+constexpr double kValueShare = 0.95;     // Mean of v, of the face's.
+constexpr double kValueDeviation = 0.2;  // Its deviation, of the face's v.
+constexpr double kClothesValueShare = 0.95;
 constexpr double kClothesPrior = 0.3;
+constexpr double kLeastApart = 1.5;  // Deviations.
 
 cv::Rect cut(double x0, double y0, double x1, double y1, cv::Size size) {
   const cv::Rect2d box(x0, y0, x1 - x0, y1 - y0);
@@ -63,10 +66,13 @@ std::vector<ToneColour> trimmed(std::vector<ToneColour> colours) {
   return colours;
 }
 
-void gather(const cv::Mat& picture, const cv::Rect& area, std::vector<ToneColour>& out) {
+void gather(const cv::Mat& picture, const cv::Mat& body, const cv::Rect& area, std::vector<ToneColour>& out) {
   for (int y = area.y; y < area.y + area.height; ++y) {
     const auto* p = picture.ptr<cv::Vec3b>(y);
-    for (int x = area.x; x < area.x + area.width; ++x) out.push_back(tone_colour(p[x]));
+    const auto* m = body.empty() ? nullptr : body.ptr<std::uint8_t>(y);
+    for (int x = area.x; x < area.x + area.width; ++x) {
+      if (m == nullptr || m[x] != 0) out.push_back(tone_colour(p[x]));
+    }
   }
 }
 
@@ -88,6 +94,15 @@ void widen(cv::Matx33d& covariance, const cv::Vec3d& mean) {
   covariance(1, 0) = covariance(0, 1);
 }
 
+// Mahalanobis' distance of two tones by the mean of their covariances.
+double apart(const GaussianTone::Parameters& a, const GaussianTone::Parameters& b) {
+  const auto mean = [&](int i, int j) { return 0.5 * (a.covariance(i, j) + b.covariance(i, j)); };
+  const auto d = a.mean - b.mean;
+  const double determinant = mean(0, 0) * mean(1, 1) - mean(0, 1) * mean(0, 1);
+  const double plane = mean(1, 1) * d[0] * d[0] - 2 * mean(0, 1) * d[0] * d[1] + mean(0, 0) * d[1] * d[1];
+  return std::sqrt(plane / determinant + d[2] * d[2] / mean(2, 2));
+}
+
 }  // namespace
 
 std::vector<cv::Rect> skin_areas(const TrackedFace& face, cv::Size picture) {
@@ -102,10 +117,11 @@ std::vector<cv::Rect> skin_areas(const TrackedFace& face, cv::Size picture) {
   return areas;
 }
 
-cv::Rect clothes_area(const TrackedFace& face, cv::Size picture) {
+std::array<cv::Rect, 2> clothes_areas(const TrackedFace& face, cv::Size picture) {
   const double w = face.width;
   const auto c = face.centre;
-  return cut(c.x - 0.45 * w, c.y + 1.5 * w, c.x + 0.45 * w, c.y + 2.3 * w, picture);
+  return {cut(c.x - 0.45 * w, c.y + 1.5 * w, c.x + 0.45 * w, c.y + 2.3 * w, picture),
+          cut(c.x - 0.55 * w, c.y + 4.5 * w, c.x + 0.55 * w, c.y + 5.8 * w, picture)};
 }
 
 void ToneLearner::Gathered::fade(double factor) {
@@ -134,7 +150,7 @@ ToneLearner::ToneLearner(const ToneOptions& options) : options_(options) {
   options_.validate();
   if (options_.model == ToneKind::kHistogram) {
     face_.cells.assign(std::size_t(HistogramTone::kCells) * HistogramTone::kCells, 0.0F);
-    chest_.cells = face_.cells;
+    for (auto& worn : worn_) worn.cells = face_.cells;
   }
 }
 
@@ -147,11 +163,12 @@ bool ToneLearner::alike(const std::vector<ToneColour>& colours) const {
   return std::hypot(is[0] - was[0], is[1] - was[1]) < 0.06 + 0.25 * saturation && ratio > 0.6 && ratio < 1.6;
 }
 
-bool ToneLearner::add(const cv::Mat& picture, const TrackedFace& face, double time_s) {
+bool ToneLearner::add(const cv::Mat& picture, const TrackedFace& face, double time_s, const cv::Mat& body) {
   assert(picture.type() == CV_8UC3);
+  assert(body.empty() || (body.type() == CV_8UC1 && body.size() == picture.size()));
   if (!(face.width > 0) || face.unseen_s > kMostUnseen_s) return false;
   std::vector<ToneColour> colours;
-  for (const auto& area : skin_areas(face, picture.size())) gather(picture, area, colours);
+  for (const auto& area : skin_areas(face, picture.size())) gather(picture, {}, area, colours);
   colours = trimmed(std::move(colours));
   if (colours.size() < kLeastPixels) return false;
 
@@ -169,15 +186,18 @@ bool ToneLearner::add(const cv::Mat& picture, const TrackedFace& face, double ti
   } else if (options_.adapt_s > 0) {
     const double factor = std::exp(-step / options_.adapt_s);
     face_.fade(factor);
-    chest_.fade(factor);
+    for (auto& worn : worn_) worn.fade(factor);
   } else if (skin_) {
     return false;
   }
   face_.add(colours);
   if (options_.learn_clothes) {
-    std::vector<ToneColour> worn;
-    gather(picture, clothes_area(face, picture.size()), worn);
-    chest_.add(trimmed(std::move(worn)));
+    const auto areas = clothes_areas(face, picture.size());
+    for (std::size_t i = 0; i < areas.size(); ++i) {
+      std::vector<ToneColour> worn;
+      gather(picture, body, areas[i], worn);
+      worn_[i].add(trimmed(std::move(worn)));
+    }
   }
   if (face_.weight < kLeastGathered) return false;
   // Half a millisecond of grace: time stamps are rounded.
@@ -188,50 +208,43 @@ bool ToneLearner::add(const cv::Mat& picture, const TrackedFace& face, double ti
 }
 
 void ToneLearner::give_out() {
-  const auto made = [&](const Gathered& from, GaussianTone::Parameters parameters, double prior, const char* name) {
-    Tone tone{name, prior, {}};
-    if (options_.model == ToneKind::kGaussian) {
-      tone.parts.push_back({1, std::make_shared<GaussianTone>(parameters)});
-    } else {
-      HistogramTone::Parameters p;
-      p.weights = from.cells;
-      p.value = {parameters.mean[2], std::sqrt(parameters.covariance(2, 2))};
-      p.noise = options_.noise;
-      // As wide as the normal density is wider than the pixels.
-      const auto own = from.covariance();
-      const auto& wide = parameters.covariance;
-      p.smoothing = std::clamp(std::sqrt(0.5 * (wide(0, 0) + wide(1, 1) - own(0, 0) - own(1, 1))), 0.005, 0.5);
-      tone.parts.push_back({1, std::make_shared<HistogramTone>(std::move(p))});
-    }
-    return tone;
-  };
-  const auto parameters_of = [&](const Gathered& from, double value_share) {
-    GaussianTone::Parameters p;
-    p.mean = from.mean();
-    p.covariance = from.covariance();
-    p.noise = options_.noise;
-    widen(p.covariance, p.mean);
-    // v bears on the tone by itself: how the face is shaded says little of how the arms are.
-    for (int i = 0; i < 2; ++i) p.covariance(i, 2) = p.covariance(2, i) = 0;
-    const double deviation = kValueDeviation * p.mean[2] + 0.02;
-    p.covariance(2, 2) += deviation * deviation;
-    p.mean[2] *= value_share;
-    return p;
-  };
-  const auto skin = parameters_of(face_, kValueShare);
-  skin_ = made(face_, skin, options_.skin_prior, "skin");
-  clothes_.reset();
-  if (chest_.weight < kLeastGathered) return;
-  const auto worn = parameters_of(chest_, 0.95);
-  // Mahalanobis' distance of the two in the plane: nearer than this they are one.
-  cv::Matx22d both;
-  for (int i = 0; i < 2; ++i) {
-    for (int j = 0; j < 2; ++j) both(i, j) = 0.5 * (skin.covariance(i, j) + worn.covariance(i, j));
+  const auto skin = arms_of(face_, kValueShare, options_.noise);
+  skin_ = Tone{"skin", options_.skin_prior, {{1, model_of(face_, skin)}}};
+  Tone clothes{"clothes", kClothesPrior, {}};
+  for (const auto& worn : worn_) {
+    if (worn.weight < kLeastGathered) continue;
+    const auto parameters = arms_of(worn, kClothesValueShare, options_.noise);
+    if (apart(skin, parameters) >= kLeastApart) clothes.parts.push_back({1, model_of(worn, parameters)});
   }
-  const cv::Vec2d apart(skin.mean[0] - worn.mean[0], skin.mean[1] - worn.mean[1]);
-  const cv::Vec2d scaled = both.inv() * apart;
-  if (apart.dot(scaled) < 1.5 * 1.5) return;
-  clothes_ = made(chest_, worn, kClothesPrior, "clothes");
+  clothes_ = clothes.parts.empty() ? std::nullopt : std::optional(std::move(clothes));
+}
+
+std::shared_ptr<const ToneModel> ToneLearner::model_of(const Gathered& from,
+                                                       const GaussianTone::Parameters& parameters) const {
+  if (options_.model == ToneKind::kGaussian) return std::make_shared<GaussianTone>(parameters);
+  HistogramTone::Parameters p;
+  p.weights = from.cells;
+  p.value = {parameters.mean[2], std::sqrt(parameters.covariance(2, 2))};
+  p.noise = options_.noise;
+  // As wide as the normal density is wider than the pixels.
+  const auto own = from.covariance();
+  const auto& wide = parameters.covariance;
+  p.smoothing = std::clamp(std::sqrt(0.5 * (wide(0, 0) + wide(1, 1) - own(0, 0) - own(1, 1))), 0.005, 0.5);
+  return std::make_shared<HistogramTone>(std::move(p));
+}
+
+GaussianTone::Parameters ToneLearner::arms_of(const Gathered& from, double value_share, double noise) {
+  GaussianTone::Parameters p;
+  p.mean = from.mean();
+  p.covariance = from.covariance();
+  p.noise = noise;
+  widen(p.covariance, p.mean);
+  // v bears on the tone by itself: how the face is shaded says little of how the arms are.
+  for (int i = 0; i < 2; ++i) p.covariance(i, 2) = p.covariance(2, i) = 0;
+  const double deviation = kValueDeviation * p.mean[2] + 0.02;
+  p.covariance(2, 2) += deviation * deviation;
+  p.mean[2] *= value_share;
+  return p;
 }
 
 }  // namespace choreo::vision

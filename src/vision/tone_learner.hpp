@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Learns the performer's skin from their face, and what they wear from below it.
+// Learns the performer's skin from their face, and what they wear from below.
 #pragma once
 
+#include <array>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -17,8 +19,8 @@ namespace choreo::vision {
 /// Cut at the picture's edge; may be empty.
 [[nodiscard]] std::vector<cv::Rect> skin_areas(const TrackedFace& face, cv::Size picture);
 
-/// Where clothes are looked for: the chest below a face.
-[[nodiscard]] cv::Rect clothes_area(const TrackedFace& face, cv::Size picture);
+/// Where clothes are looked for: the chest below a face, and hips and thighs. May be empty.
+[[nodiscard]] std::array<cv::Rect, 2> clothes_areas(const TrackedFace& face, cv::Size picture);
 
 /// Gathers pixels from face after face. The first `learn_s` seconds of face count alike; then the past is forgotten
 /// with the time constant `adapt_s`, so that the tone follows the light. A face that suddenly looks otherwise (a hand
@@ -35,8 +37,9 @@ class ToneLearner {
   /// @param picture  CV_8UC3.
   /// @param face     in it, seen lately: what has coasted for more than half a second is not looked at.
   /// @param time_s   seconds, increasing.
+  /// @param body     CV_8UC1 of the picture's size, 0 where no clothes can be; empty: not known.
   /// @return true where there are other tones than before: `skin` and `clothes` are to be asked.
-  bool add(const cv::Mat& picture, const TrackedFace& face, double time_s);
+  bool add(const cv::Mat& picture, const TrackedFace& face, double time_s, const cv::Mat& body = {});
 
   /// The learned skin, "skin"; nothing until some 60 pixels of face were seen.
   [[nodiscard]] const std::optional<Tone>& skin() const { return skin_; }
@@ -67,9 +70,14 @@ class ToneLearner {
 
   [[nodiscard]] bool alike(const std::vector<ToneColour>& colours) const;
   void give_out();
+  // What the arms of that skin may look like, or the rest of that cloth.
+  [[nodiscard]] static GaussianTone::Parameters arms_of(const Gathered& from, double value_share, double noise);
+  [[nodiscard]] std::shared_ptr<const ToneModel> model_of(const Gathered& from,
+                                                          const GaussianTone::Parameters& parameters) const;
 
   ToneOptions options_;
-  Gathered face_, chest_;
+  Gathered face_;
+  std::array<Gathered, 2> worn_;  // As of `clothes_areas`.
   std::optional<double> last_s_, given_s_, unlike_since_s_;
   double learned_s_ = 0;
   std::optional<Tone> skin_, clothes_;

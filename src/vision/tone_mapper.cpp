@@ -73,7 +73,7 @@ void ToneMapper::rebuild(ToneSet tones) {
   for (const auto& shell : cells_->shells) {
     const auto cells = shell.cell.size();
     density.resize(cells);
-    sum.assign(cells, static_cast<float>(tones_.outliers * kOutlierDensity));
+    sum.assign(cells, static_cast<float>(tones_.outliers * outlier_density(shell.v)));
     for (std::size_t t = 0; t < count; ++t) {
       const auto& tone = tones_.tones[t];
       double weights = 0;

@@ -66,6 +66,12 @@ double tone_noise(double v, double noise) {
   return kNoiseOfRatio * std::sqrt(noise * noise + kRounding) / std::max(255 * v, 1.0);
 }
 
+double outlier_density(double v) {
+  constexpr double kDark = 0.3;
+  constexpr double kFades = 15.0 / 255;
+  return (1 - kDark + kDark / kFades * std::exp(-v / kFades)) / std::numbers::pi;
+}
+
 double ToneModel::density(const ToneColour& colour) const {
   const auto x = static_cast<float>(colour.x);
   const auto y = static_cast<float>(colour.y);
@@ -219,7 +225,10 @@ HistogramTone::HistogramTone(Parameters parameters) : parameters_(std::move(para
   constexpr double kUnit = 2.0 / kCells;
   for (double deviation = p.smoothing;; deviation *= 1.6) {
     Level level{deviation, std::vector<float>(std::size_t(kCells + 2) * (kCells + 2), 0.0F)};
-    const auto wider = smoothed(shares, deviation / kUnit);
+    // Sorting into cells and interpolating between them have smoothed, too: by a twelfth and a sixth of a cell's
+    // square.
+    const double kernel = std::sqrt(std::max(deviation * deviation - kUnit * kUnit / 4, kUnit * kUnit / 64));
+    const auto wider = smoothed(shares, kernel / kUnit);
     for (int y = 0; y < kCells; ++y) {
       for (int x = 0; x < kCells; ++x) {
         level.density[std::size_t((y + 1) * (kCells + 2) + x + 1)] =
@@ -379,7 +388,7 @@ void ToneSet::put(Tone tone) {
 
 std::vector<double> ToneSet::posteriors(const ToneColour& colour) const {
   std::vector<double> out;
-  double sum = outliers * kOutlierDensity;
+  double sum = outliers * outlier_density(colour.v);
   for (const auto& tone : tones) {
     double density = 0;
     double weights = 0;
@@ -390,7 +399,7 @@ std::vector<double> ToneSet::posteriors(const ToneColour& colour) const {
     out.push_back(tone.prior * density / weights);
     sum += out.back();
   }
-  out.push_back(outliers * kOutlierDensity);
+  out.push_back(outliers * outlier_density(colour.v));
   for (auto& p : out) p /= sum;
   return out;
 }

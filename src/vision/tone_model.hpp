@@ -155,7 +155,7 @@ struct Tone {
 /// @throws Error (usage) where there are too few pixels for a part.
 [[nodiscard]] std::vector<Tone::Part> fitted_parts(std::span<const cv::Vec3b> bgr, const ToneFit& fit = {});
 
-/// Named tones beside the outliers: all that is none of them. The outliers' density is 1 / pi everywhere.
+/// Named tones beside the outliers: all that is none of them. Their density is `outlier_density`.
 struct ToneSet {
   std::vector<Tone> tones;
   double outliers = 0.5;  ///< Prior of the outliers, > 0.
@@ -174,6 +174,8 @@ struct ToneSet {
   [[nodiscard]] std::vector<double> posteriors(const ToneColour& colour) const;
 };
 
-inline constexpr double kOutlierDensity = 0.31830988618379067;  ///< 1 / pi.
+/// The density of all that is no tone: the same all over the disc, and in v for the most part, too; but three in ten
+/// are dark (shadows, hair, black cloth), falling off by e every 15 grey levels. It integrates to 1 over the space.
+[[nodiscard]] double outlier_density(double v);
 
 }  // namespace choreo::vision
