@@ -7,9 +7,6 @@
 #include <cmath>
 #include <utility>
 
-#include <opencv2/core.hpp>
-#include <utility>
-
 namespace choreo::vision {
 namespace {
 
