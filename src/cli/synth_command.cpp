@@ -53,7 +53,8 @@ Settings, with their ranges and defaults:
   place=N      of the performer to the right, picture widths, -0.35 to 0.35, default 0
   pan=R:D:Z    a camera that stands elsewhere: the picture moved right and down
                by -64 to 64 pixels and enlarged 0.9 to 1.1 times, default 0:0:1
-  text= rate=  what semaphore says, and letters a minute, 4 to 60, default 12)";
+  text= rate=  what semaphore says, and letters a minute, 4 to 60, default 12;
+               in it # ! ^ ~ are NUMERALS, CANCEL, ATTENTION and ERROR)";
 
 // clip.mkv -> clip + ".masks.mkv" and the like.
 fs::path beside(const fs::path& clip, const std::string& ending) {
