@@ -11,7 +11,7 @@
 namespace choreo::vision {
 
 struct HaarOptions {
-  int neighbours = 4;       ///< Windows that must agree, [1, 100].
+  int neighbours = 3;       ///< Windows that must agree, [1, 100].
   double scale_step = 1.1;  ///< Of the windows' sizes, [1.01, 2].
 
   void validate() const;  ///< @throws Error (usage) naming the option, its value and its range.
