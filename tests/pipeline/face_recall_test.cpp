@@ -197,20 +197,18 @@ TEST_F(FaceRecall, DancersFacesAreFollowed) {
 TEST_F(FaceRecall, APictureSearchedThoroughlyShowsItsFaceFirst) {
   const auto detector = load_face_detector({});
   int pictures = 0, first = 0, anywhere = 0, others = 0;
-  for (const auto* skin : {"very-light", "light", "medium", "tan", "brown", "dark"}) {
+  for (const auto* skin : {"very-light", "medium", "dark"}) {
     const Performer performer("semaphore", signaller(skin, "wooden", "neutral"));
-    for (const double s : {1.5, 4.0}) {
-      const auto truth = performer.perform(performer.first_frame() + int(s * 30));
-      cv::Mat grey;
-      cv::cvtColor(truth.bgr, grey, cv::COLOR_BGR2GRAY);
-      const auto faces = vision::all_faces(*detector, grey, 0.045 * grey.rows);
-      ++pictures;
-      for (std::size_t f = 0; f < faces.size(); ++f) {
-        const bool right = vision::overlap(faces[f].box, truth.face) > 0.4;
-        first += right && f == 0 ? 1 : 0;
-        anywhere += right ? 1 : 0;
-        others += right ? 0 : 1;
-      }
+    const auto truth = performer.perform(performer.first_frame() + 45);
+    cv::Mat grey;
+    cv::cvtColor(truth.bgr, grey, cv::COLOR_BGR2GRAY);
+    const auto faces = vision::all_faces(*detector, grey, 0.045 * grey.rows);
+    ++pictures;
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+      const bool right = vision::overlap(faces[f].box, truth.face) > 0.4;
+      first += right && f == 0 ? 1 : 0;
+      anywhere += right ? 1 : 0;
+      others += right ? 0 : 1;
     }
   }
   std::printf("stills: %d of %d first, %d found, %d others\n", first, pictures, anywhere, others);
