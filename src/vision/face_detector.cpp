@@ -49,18 +49,22 @@ std::vector<Face> all_faces(FaceDetector& detector, const cv::Mat& grey, double 
     if (scale > 1 && std::max(grey.cols, grey.rows) * scale > kMostSide) continue;
     cv::Mat scaled = grey;
     if (scale != 1) cv::resize(grey, scaled, {}, scale, scale, cv::INTER_LINEAR);
-    for (const bool even : {false, true}) {
-      cv::Mat picture = scaled;
-      if (even) cv::createCLAHE(2.0, {8, 8})->apply(scaled, picture);
-      for (const auto look : {FaceLook::kFront, FaceLook::kBrightened, FaceLook::kProfile}) {
-        const double most = std::min(picture.cols, picture.rows);
-        for (auto face : detector.detect(picture, {{0, 0}, picture.size()}, least_px * scale, most, look)) {
-          const auto& box = face.box;
-          face.box = {box.x / scale, box.y / scale, box.width / scale, box.height / scale};
-          add(all, face);
-        }
+    const auto look_at = [&](const cv::Mat& picture, FaceLook look) {
+      const double most = std::min(picture.cols, picture.rows);
+      for (auto face : detector.detect(picture, {{0, 0}, picture.size()}, least_px * scale, most, look)) {
+        const auto& box = face.box;
+        face.box = {box.x / scale, box.y / scale, box.width / scale, box.height / scale};
+        add(all, face);
       }
-    }
+    };
+    look_at(scaled, FaceLook::kFront);
+    look_at(scaled, FaceLook::kBrightened);
+    if (scale > 1) continue;
+    look_at(scaled, FaceLook::kProfile);
+    cv::Mat even;
+    cv::createCLAHE(2.0, {8, 8})->apply(scaled, even);
+    look_at(even, FaceLook::kFront);
+    look_at(even, FaceLook::kBrightened);
   }
   std::vector<Face> faces;
   for (const auto& sighting : all) faces.push_back({sighting.face.box, 1 - sighting.missing});

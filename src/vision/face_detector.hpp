@@ -50,8 +50,8 @@ struct FaceShape {
   }
 };
 
-/// All plausible faces of one picture, searched thoroughly and without regard to speed: every look, the picture as it
-/// is, twice as large, and with its contrast evened out.
+/// All plausible faces of one picture, searched thoroughly and without regard to speed: every look at the picture as
+/// it is, those from the front also twice as large and with its contrast evened out.
 /// @param grey  CV_8UC1, of any size, also empty.
 /// @param least_px  as of `FaceDetector::detect`.
 /// @return  Best first, none twice. The confidence grows with the number of looks that agree.

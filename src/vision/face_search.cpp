@@ -12,7 +12,11 @@
 namespace choreo::vision {
 namespace {
 
+<<<<<<< HEAD
 constexpr double kWidths = 1.3;  // A face is searched from its width over this to its width times this.
+=======
+constexpr double kWidths = 1.15;  // A face is searched from its width over this to its width times this.
+>>>>>>> wip-faces
 constexpr double kBand = 1.7;     // Ratio of the sizes that one step covers.
 
 void require(bool good, const char* name, double value, const char* range) {
@@ -33,7 +37,7 @@ FaceSearch::FaceSearch(const FaceSearchOptions& options) : options_(options) { o
 
 FaceQuery FaceSearch::near(const FaceCandidate& candidate, cv::Size size) const {
   // A window of a face is wider than the face, and it moves meanwhile.
-  const double half = candidate.width * (1.4 + std::min(2.0, 2 * candidate.unseen_s));
+  const double half = candidate.width * (1.3 + std::min(2.0, 2 * candidate.unseen_s));
   const cv::Point2d corner = candidate.centre - cv::Point2d(half, half);
   const int side = std::max(1, static_cast<int>(std::lround(2 * half)));
   FaceQuery query;
@@ -103,7 +107,11 @@ std::optional<FaceQuery> FaceSearch::next(cv::Size size, const std::vector<FaceC
   }
   if (due(last_step_, known ? options_.whole_frames : options_.lost_frames)) {
     last_step_ = frames_;
-    return step(size, body);
+    // Steps for which the body is too small cost no turn.
+    constexpr int kMostSteps = 16;
+    for (int i = 0; i < kMostSteps; ++i) {
+      if (auto query = step(size, body)) return query;
+    }
   }
   return std::nullopt;
 }
