@@ -10,6 +10,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "body/mask_state.hpp"
+#include "body/particle_state.hpp"
 #include "core/time.hpp"
 #include "devices/frame.hpp"
 #include "vision/body_masker.hpp"
@@ -36,6 +37,9 @@ struct Observation {
   std::unique_ptr<const body::MaskState> state;
   double quantity_of_motion = 0;  ///< See body::MotionMeter; 0 without a body.
   double contraction = 0;         ///< See body::contraction; 0 without a body.
+
+  // The particle state; absent without a face, or without both arms.
+  std::optional<body::ParticleState> particles;
 
   // From HistoryStage: against every frame of the history, oldest first, this one last; NaN where either has no body.
   std::vector<float> z_row;
