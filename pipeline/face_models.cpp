@@ -5,10 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <system_error>
-<<<<<<< HEAD
-=======
 #include <utility>
->>>>>>> wip-faces
 
 #include <fmt/format.h>
 
@@ -52,14 +49,9 @@ std::unique_ptr<vision::FaceDetector> load_face_detector(const FaceModelOptions&
     return vision::read_cascade(
         text_of(path, "the package opencv-data has it; another folder is chosen by face.cascades"), path);
   };
-<<<<<<< HEAD
-  return std::make_unique<vision::HaarFaceDetector>(read("haarcascade_frontalface_alt.xml"),
-                                                    read("haarcascade_profileface.xml"), options.haar);
-=======
   auto frontal = read("haarcascade_frontalface_alt.xml");
   auto profile = read("haarcascade_profileface.xml");
   return std::make_unique<vision::HaarFaceDetector>(std::move(frontal), std::move(profile), options.haar);
->>>>>>> wip-faces
 }
 
 }  // namespace choreo::pipeline

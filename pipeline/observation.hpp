@@ -53,7 +53,6 @@ struct Observation {
   double quantity_of_motion = 0;  ///< See body::MotionMeter; 0 without a body.
   double contraction = 0;         ///< See body::contraction; 0 without a body.
 
-<<<<<<< HEAD
   // From ParticleStage; the state is absent where two arms and a face were not seen.
   double tone_share = 0;  ///< Of the body, what has the arms' tone, 0 to 1.
   vision::Arms arms;
@@ -62,11 +61,6 @@ struct Observation {
   // From SemaphoreStage.
   std::optional<Signal> signal;
 
-=======
-  // The particle state; absent without a face, or without both arms.
-  std::optional<body::ParticleState> particles;
-
->>>>>>> wip-particles
   // From HistoryStage: against every frame of the history, oldest first, this one last; NaN where either has no body.
   std::vector<float> z_row;
   std::vector<float> zstar_row;

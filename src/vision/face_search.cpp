@@ -12,11 +12,7 @@
 namespace choreo::vision {
 namespace {
 
-<<<<<<< HEAD
-constexpr double kWidths = 1.3;  // A face is searched from its width over this to its width times this.
-=======
 constexpr double kWidths = 1.15;  // A face is searched from its width over this to its width times this.
->>>>>>> wip-faces
 constexpr double kBand = 1.7;     // Ratio of the sizes that one step covers.
 
 void require(bool good, const char* name, double value, const char* range) {

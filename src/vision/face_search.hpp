@@ -15,17 +15,10 @@ namespace choreo::vision {
 
 struct FaceSearchOptions {
   double least_share = 0.04;  ///< Narrowest face, cheek to cheek, of the picture's height, [0.01, 0.5].
-<<<<<<< HEAD
-  double most_share = 0.4;     ///< Widest, (least_share, 1].
-  int near_frames = 5;         ///< Frames between two looks at a face that is followed, [1, 1000].
-  int whole_frames = 30;       ///< Frames between two steps of a search of the whole picture beside it, [1, 100000].
-  int lost_frames = 3;         ///< The same while nobody's face is known, [1, 1000].
-=======
   double most_share = 0.4;    ///< Widest, (least_share, 1].
   int near_frames = 5;        ///< Frames between two looks at a face that is followed, [1, 1000].
   int whole_frames = 30;      ///< Frames between two steps of a search of the whole picture beside it, [1, 100000].
   int lost_frames = 3;        ///< The same while nobody's face is known, [1, 1000].
->>>>>>> wip-faces
 
   void validate() const;  ///< @throws Error (usage) naming the option, its value and its range.
 };
