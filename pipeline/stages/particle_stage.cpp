@@ -73,12 +73,7 @@ void ParticleStage::process(Observation& observation) {
     observation.tone_share = double(cv::countNonZero(posterior >= least)) / observation.mask.area;
   }
   observation.arms = finder_.find(posterior, mask, observation.face, time_s);
-  const auto& arms = observation.arms;
-  const bool joined = arms.found == vision::ArmCase::kJoined;
-  if (!observation.face || (!joined && arms.found != vision::ArmCase::kTwoArms)) return;
-  const auto& second = arms.blob[joined ? 0 : 1].moments;
-  observation.particles.emplace(arms.blob[0].moments, second, observation.face->centre, observation.face->width,
-                                options_.bounds);
+  observation.particles = body::particle_state_of(observation.arms, observation.face, options_.bounds);
 }
 
 }  // namespace choreo::pipeline

@@ -15,6 +15,7 @@
 #include "cli/results.hpp"
 #include "cli/signal_chain.hpp"
 #include "cli/source_options.hpp"
+#include "outputs/particles_csv.hpp"
 #include "pipeline/stages/silhouette_stages.hpp"
 #include "pipeline/steady_clock.hpp"
 

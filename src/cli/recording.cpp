@@ -21,6 +21,10 @@ outputs::FrameRow row_of(const pipeline::Observation& observation) {
   return row;
 }
 
+outputs::ParticleRow particle_row_of(const pipeline::Observation& o) {
+  return {o.frame->sequence + 1, to_seconds(o.time), o.face, o.arms, o.particles};
+}
+
 void RecordStage::process(pipeline::Observation& observation) {
   const auto row = row_of(observation);
   seen_(observation);
@@ -33,6 +37,7 @@ void RecordStage::process(pipeline::Observation& observation) {
       if (masks_ != nullptr) masks_->add(observation.mask.mask);
       rows_.push_back(row);
       cut_.push_back(row.body && observation.mask.cut);
+      if (keeps_particle_rows_) particle_rows_.push_back(particle_row_of(observation));
       states_.add(observation);
     }
   }
@@ -41,6 +46,7 @@ void RecordStage::process(pipeline::Observation& observation) {
 void RecordStage::thin_out() {
   keep_every_second(rows_);
   keep_every_second(cut_);
+  keep_every_second(particle_rows_);
   states_.keep_every_second();
   if (masks_ != nullptr) masks_->keep_every_second();
   step_ *= 2;
