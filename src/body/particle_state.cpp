@@ -108,6 +108,13 @@ ParticleState::ParticleState(ParticleParts parts, const ParticleBounds& bounds) 
   }
 }
 
+std::optional<ParticleState> particle_state_of(const vision::Arms& arms, const std::optional<vision::TrackedFace>& face,
+                                               const ParticleBounds& bounds) {
+  const bool joined = arms.found == vision::ArmCase::kJoined;
+  if (!face || (!joined && arms.found != vision::ArmCase::kTwoArms)) return std::nullopt;
+  return ParticleState(arms.blob[0].moments, arms.blob[joined ? 0 : 1].moments, face->centre, face->width, bounds);
+}
+
 ParticleState mirrored(const ParticleState& a) {
   ParticleState m = a;
   for (std::size_t k = 0; k < m.psi_.size(); ++k) m.psi_[k] *= kParticleMirrorSigns[k];

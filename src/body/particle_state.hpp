@@ -3,11 +3,13 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include <Eigen/Core>
 
 #include "body/body_state.hpp"
-#include "vision/blob.hpp"
+#include "vision/arms.hpp"
+#include "vision/face.hpp"
 
 namespace choreo::body {
 
@@ -71,6 +73,11 @@ class ParticleState {
   ParticleParts parts_;
   bool joined_ = false;
 };
+
+/// The state of what was found; joined arms are one region twice. Nothing without a face or without both arms.
+[[nodiscard]] std::optional<ParticleState> particle_state_of(const vision::Arms& arms,
+                                                             const std::optional<vision::TrackedFace>& face,
+                                                             const ParticleBounds& bounds = {});
 
 /// The state of the mirror image: x to -x.
 [[nodiscard]] ParticleState mirrored(const ParticleState& a);
