@@ -55,7 +55,8 @@ ParticleStage::ParticleStage(ParticleStageOptions options)
 
 void ParticleStage::learn(const Observation& observation) {
   if (!learner_ || !observation.face) return;
-  if (!learner_->add(observation.picture, *observation.face, to_seconds(observation.time))) return;
+  if (!learner_->add(observation.picture, *observation.face, to_seconds(observation.time), observation.mask.mask))
+    return;
   auto tones = starting_tones(options_);
   if (learner_->clothes()) tones.put(*learner_->clothes());
   if (learner_->skin()) tones.put(*learner_->skin());

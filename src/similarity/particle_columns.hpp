@@ -11,7 +11,8 @@
 
 namespace choreo::similarity {
 
-/// A table of states in single precision, one column a value of Psi, and one for |Psi|^2.
+/// A table of states in single precision, in blocks of 16 rows: in a block one column a value of Psi, and one for
+/// |Psi|^2, so that 16 pairs are summed at once and the table is read from end to end.
 ///
 /// Z and Z* of a pair are sums in one fixed order, the same wherever in the table the two lie and how many are asked
 /// for at once; a state with itself gives exactly 1. They differ from `body::similarity` by less than 1e-6.
@@ -41,8 +42,11 @@ class ParticleColumns {
  private:
   static constexpr std::size_t kColumns = body::kParticleValues + 1;
 
+  static constexpr std::size_t kBlock = 16;
+
+  static void compare_block(const Row& query, const float* block, float* z, float* zstar);
+
   std::size_t capacity_;
-  std::size_t stride_;
   std::vector<float> values_;
 };
 

@@ -179,6 +179,29 @@ TEST(ParticleState, JoinedHandsAreOneBlobTwice) {
   for (std::size_t k = 9; k < 15; ++k) EXPECT_EQ(state.psi()[k], 0);
 }
 
+TEST(ParticleState, OfWhatWasFoundNeedsAFaceAndBothArms) {
+  using vision::ArmCase;
+  vision::Arms arms;
+  arms.blob[0].moments = arm_at({40, 70}, 30, 10, 0.3);
+  arms.blob[1].moments = arm_at({160, 20}, 25, 8, 1.1);
+  vision::TrackedFace face;
+  face.centre = kFace;
+  face.width = kFaceWidth;
+  for (const auto found : {ArmCase::kNoFace, ArmCase::kNoArm, ArmCase::kOneArm}) {
+    arms.found = found;
+    EXPECT_FALSE(particle_state_of(arms, face)) << vision::name_of(found);
+  }
+  arms.found = ArmCase::kTwoArms;
+  EXPECT_FALSE(particle_state_of(arms, std::nullopt));
+  const ParticleState both(arms.blob[0].moments, arms.blob[1].moments, kFace, kFaceWidth);
+  ASSERT_TRUE(particle_state_of(arms, face));
+  expect_same_bits(*particle_state_of(arms, face), both);
+  arms.found = ArmCase::kJoined;
+  arms.blob[1] = {};
+  ASSERT_TRUE(particle_state_of(arms, face));
+  EXPECT_TRUE(particle_state_of(arms, face)->joined());
+}
+
 TEST(ParticleState, ThePictureOfTheFigureWithItsArmsOutReachesTheDefaultBounds) {
   // Shoulders 1.25 aside, upper arms 1.25, forearms 2.5 long: their middles are 3.75 from the body's middle.
   const double reach = 3.75 * kFaceWidth;

@@ -162,7 +162,7 @@ TEST(ParticleHistory, MemoryIsFixedAndGrowsByBytesPerRowWithTheCapacity) {
   for (const auto& state : states) history.append(pointer(state), z, zstar);
   EXPECT_EQ(test::allocations(), before);
   EXPECT_EQ(history.memory_bytes(), memory);
-  EXPECT_EQ(ParticleHistory(1020).memory_bytes() - memory, 1000 * history.bytes_per_row());
+  EXPECT_EQ(ParticleHistory(1620).memory_bytes() - memory, 1600 * history.bytes_per_row());
   if (!test::kAllocationsAreCounted) GTEST_SKIP() << "a sanitizer has taken the allocation functions";
 }
 
