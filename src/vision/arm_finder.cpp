@@ -12,19 +12,12 @@
 
 #include "core/error.hpp"
 #include "vision/difference.hpp"
+#include "vision/face_region.hpp"
 
 namespace choreo::vision {
 namespace {
 
-// In face widths, from the face's centre, y down. The head with ears and crown; the neck down to its pit, and the
-// corner of a neckline under it.
-constexpr double kHeadHalfWidth = 0.72;
-constexpr double kHeadHalfHeight = 0.85;
-constexpr double kHeadAbove = 0.1;
-constexpr double kNeckHalfWidth = 0.5;
-constexpr double kNeckPit = 1.25;
-constexpr double kNecklineEnd = 1.6;
-// What a neckline can show, between the arms.
+// What a neckline can show, between the arms, in face widths.
 constexpr double kChestHalfWidth = 1.0;
 constexpr double kChestEnd = 2.2;
 
@@ -42,17 +35,6 @@ constexpr std::size_t kMostCandidates = 12;
 void check(double value, double least, double most, std::string_view name) {
   if (value >= least && value <= most) return;
   throw usage_error(fmt::format("'{}' is not from {} to {}", value, least, most), fmt::format("arms.{}", name));
-}
-
-// The half width of the head at a height, in face widths; below 0 outside.
-double head_half_width(double y) {
-  const double t = (y + kHeadAbove) / kHeadHalfHeight;
-  return std::abs(t) < 1 ? kHeadHalfWidth * std::sqrt(1 - t * t) : -1;
-}
-
-double neck_half_width(double y) {
-  if (y < 0 || y >= kNecklineEnd) return -1;
-  return y < kNeckPit ? kNeckHalfWidth : kNeckHalfWidth * (kNecklineEnd - y) / (kNecklineEnd - kNeckPit);
 }
 
 // The whole pixels from `low` to `high` within [0, limit).
