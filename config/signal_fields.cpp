@@ -194,8 +194,8 @@ void add_semaphore(std::vector<Field>& fields) {
   value("semaphore.hysteresis", &S::hysteresis, {0, 0.5}, "from 0 to 0.5",
         "How far below semaphore.least_similarity a sign that is held may fall.");
   value("semaphore.hold_s", &S::hold_s, {0.05, 5}, "from 0.05 to 5 s", "For how long a sign is held still.");
-  value("semaphore.still_rad_s", &S::still_rad_s, {0.05, 10}, "from 0.05 to 10 rad/s",
-        "Speed of the state up to which the arms are still.");
+  value("semaphore.still_widths_s", &S::still_widths_s, {0.05, 50}, "from 0.05 to 50 face widths a second",
+        "Speed of an arm's middle up to which it is still.");
   value("semaphore.bridge_s", &S::bridge_s, {0, 5}, "from 0 to 5 s", "So long without arms a sign goes on.");
   value("semaphore.word_gap", &S::word_gap, {0.05, 20}, "from 0.05 to 20 letters",
         "A REST of so many letters' length is a space.");

@@ -131,12 +131,9 @@ outputs::SignalOverlay overlay_of(const pipeline::Observation& o, cv::Size pictu
 }
 
 std::string letters_json(const SignalChain& chain) {
-  std::vector<outputs::ReadLetter> letters;
-  if (chain.semaphore() == nullptr) return outputs::letters_json(letters, {});
-  for (const auto& sign : chain.semaphore()->signs()) {
-    letters.push_back({std::string(sign.sign), sign.from, sign.to, sign.confidence});
-  }
-  return outputs::letters_json(letters, chain.semaphore()->text());
+  const auto* semaphore = chain.semaphore();
+  if (semaphore == nullptr) return outputs::letters_json({}, {});
+  return outputs::letters_json(semaphore->signs(), semaphore->text());
 }
 
 }  // namespace choreo::cli

@@ -1,44 +1,48 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "outputs/letters_json.hpp"
 
-#include <cmath>
+#include <iterator>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 namespace choreo::outputs {
 namespace {
 
-using Json = nlohmann::ordered_json;
+std::string quoted(std::string_view text) {
+  return nlohmann::json(std::string(text)).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
 
-double rounded(double value) { return std::round(value * 1000) / 1000; }
-
-std::string text_of(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
+std::string quoted_or_null(std::string_view text) { return text.empty() ? "null" : quoted(text); }
 
 }  // namespace
 
-std::string letters_json(std::span<const ReadLetter> letters, std::string_view text) {
-  Json json;
-  json["letters"] = Json::array();
-  for (const auto& l : letters) {
-    json["letters"].push_back({{"letter", l.letter},
-                               {"from", rounded(l.from)},
-                               {"to", rounded(l.to)},
-                               {"confidence", rounded(l.confidence)}});
+std::string letters_json(std::span<const recognition::HeldSign> signs, std::string_view text) {
+  std::string json = "{\n  \"letters\": [";
+  const char* before = "\n";
+  for (const auto& s : signs) {
+    if (s.sign == "REST") continue;
+    fmt::format_to(std::back_inserter(json),
+                   "{}    {{\"letter\": {}, \"from\": {:.3f}, \"to\": {:.3f}, \"confidence\": {:.3f}}}", before,
+                   quoted(s.sign), s.from, s.to, s.confidence);
+    before = ",\n";
   }
-  json["text"] = text;
-  return text_of(json);
+  if (*before == ',') json += "\n  ";
+  return json + "],\n  \"text\": " + quoted(text) + "\n}\n";
 }
 
-std::string pictures_json(std::span<const ReadPicture> pictures) {
-  Json json;
-  json["pictures"] = Json::array();
+std::string pictures_json(std::span<const PictureReading> pictures) {
+  std::string json = "{\n  \"pictures\": [";
+  const char* before = "\n";
   for (const auto& p : pictures) {
-    json["pictures"].push_back({{"file", p.file},
-                                {"letter", p.letter ? Json(*p.letter) : Json()},
-                                {"confidence", rounded(p.confidence)},
-                                {"runner_up", p.runner_up.empty() ? Json() : Json(p.runner_up)}});
+    fmt::format_to(std::back_inserter(json),
+                   "{}    {{\"file\": {}, \"letter\": {}, \"confidence\": {:.3f}, \"runner_up\": {}}}", before,
+                   quoted(p.file), quoted_or_null(p.reading.sign.value_or("")), p.reading.confidence,
+                   quoted_or_null(p.reading.runner_up));
+    before = ",\n";
   }
-  return text_of(json);
+  if (*before == ',') json += "\n  ";
+  return json + "]\n}\n";
 }
 
 }  // namespace choreo::outputs

@@ -29,9 +29,13 @@ MovementDetector::MovementDetector(bool mirrored, const body::ParticleBounds& bo
                                              {kUp, 4, 4, 24}}};
   for (const auto& place : kPlaces) {
     for (auto variant : template_variants()) {
+      // Bent arms would blur where a movement turns.
+      if (variant.bend != 0) continue;
       variant.spread = place.spread;
+      variant.size *= bounds.alpha_max / body::ParticleBounds{}.alpha_max;
       const auto state = template_state({"", place.left, place.right}, variant, bounds);
-      templates_.push_back({unit_psi(mirrored ? body::mirrored(state) : state), place.station, state.joined()});
+      const auto shown = mirrored ? body::mirrored(state) : state;
+      templates_.push_back({unit_psi(shown), shown, place.station});
     }
   }
 }
@@ -73,18 +77,23 @@ std::optional<Movement> MovementDetector::visit(Swing& swing, Station station, d
 
 std::optional<Movement> MovementDetector::add(double time_s, const body::ParticleState& state) {
   const auto psi = unit_psi(state);
-  Station station = kNowhere;
+  const Template* nearest = nullptr;
   double best = kNear;
   for (const auto& t : templates_) {
-    if (t.joined != state.joined()) continue;
+    if (t.state.joined() != state.joined()) continue;
     double z = 0;
     for (std::size_t k = 0; k < psi.size(); ++k) z += t.psi[k] * psi[k];
     if (z > best) {
       best = z;
-      station = t.station;
+      nearest = &t;
     }
   }
-  if (mirror_similarity(state, state) < kEven) station = kNowhere;
+  // Only what leads the arms astray counts without a closer look.
+  Station station = nearest != nullptr ? nearest->station : kNowhere;
+  const bool end = station == kLow || station == kHigh || station == kUp;
+  if (end && (mirror_similarity(state, state) < kEven || !arms_fit(state.parts(), nearest->state.parts()))) {
+    station = kNowhere;
+  }
   std::optional<Movement> over;
   for (auto& swing : swings_) {
     if (auto done = visit(swing, station, time_s, std::min(best, 1.0))) over = done;

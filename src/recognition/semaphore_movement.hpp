@@ -63,8 +63,8 @@ class MovementDetector {
 
   struct Template {
     UnitPsi psi;
+    body::ParticleState state;
     Station station;
-    bool joined;
   };
   std::vector<Template> templates_;
   std::array<Swing, 2> swings_;

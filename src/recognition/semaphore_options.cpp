@@ -22,7 +22,7 @@ void SemaphoreOptions::validate() const {
   check("margin", margin, 0, 0.5, "");
   check("hysteresis", hysteresis, 0, 0.5, "");
   check("hold_s", hold_s, 0.05, 5, " seconds");
-  check("still_rad_s", still_rad_s, 0.05, 10, " rad/s");
+  check("still_widths_s", still_widths_s, 0.05, 50, " face widths a second");
   check("bridge_s", bridge_s, 0, 5, " seconds");
   check("word_gap", word_gap, 0.05, 20, " letters");
 }

@@ -8,12 +8,12 @@ namespace choreo::recognition {
 namespace {
 
 constexpr double kLeave = 0.12;   // seconds elsewhere that end a sign
-constexpr double kRecent = 0.15;  // seconds of states that are read as one
-constexpr double kBefore = 0.30;  // and how far back the states go that they are compared with
+constexpr double kRecent = 0.20;  // seconds of states that are read as one
+constexpr double kBefore = 0.40;  // and how far back the states go that they are compared with
 constexpr double kSlack = 1e-9;
 
 struct Mean {
-  UnitPsi psi{};
+  std::array<Eigen::Vector2d, 2> arm = {Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
   double time_s = 0;
   int count = 0;
 };
@@ -52,7 +52,7 @@ void SemaphoreReader::note(Hold& hold, double time_s, const SignReading& reading
   }
 }
 
-SignSimilarities SemaphoreReader::similarities() const {
+SignMatch SemaphoreReader::match(const body::ParticleState& state) const {
   const auto& newest = recent_.back();
   UnitPsi sum{};
   for (const auto& s : recent_) {
@@ -62,24 +62,30 @@ SignSimilarities SemaphoreReader::similarities() const {
   // Within so short a time states do not point apart.
   const double length = std::sqrt(std::max(dot(sum, sum), 1e-12));
   for (double& v : sum) v /= length;
-  return templates_.similarities(sum, newest.joined);
+  return templates_.match(sum, state);
 }
 
+// By places, not by Psi: near the bounds the smallest noise turns a lifted vector far.
 bool SemaphoreReader::still() const {
   const auto& newest = recent_.back();
   std::array<Mean, 2> means;  // before, recent
   for (const auto& s : recent_) {
     if (s.joined != newest.joined) continue;
     auto& mean = means[s.time_s < newest.time_s - kRecent ? 0 : 1];
-    for (std::size_t k = 0; k < s.psi.size(); ++k) mean.psi[k] += s.psi[k];
+    // One above the other, arms may change their order.
+    const bool same = (s.arm[0] - s.arm[1]).dot(newest.arm[0] - newest.arm[1]) >= 0;
+    for (std::size_t k = 0; k < 2; ++k) mean.arm[k] += s.arm[same ? k : 1 - k];
     mean.time_s += s.time_s;
     ++mean.count;
   }
-  if (means[0].count == 0) return false;
-  const double cosine = dot(means[0].psi, means[1].psi) /
-                        std::sqrt(std::max(dot(means[0].psi, means[0].psi) * dot(means[1].psi, means[1].psi), 1e-12));
-  const double seconds = means[1].time_s / means[1].count - means[0].time_s / means[0].count;
-  return std::acos(std::clamp(cosine, -1.0, 1.0)) <= templates_.options().still_rad_s * seconds;
+  const auto& [before, recent] = means;
+  if (before.count == 0) return false;
+  const double seconds = recent.time_s / recent.count - before.time_s / before.count;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const double way = (recent.arm[k] / recent.count - before.arm[k] / before.count).norm();
+    if (way > templates_.options().still_widths_s * seconds) return false;
+  }
+  return true;
 }
 
 void SemaphoreReader::end_hold(SemaphoreStep& step) {
@@ -99,9 +105,10 @@ void SemaphoreReader::lapse(double time_s, SemaphoreStep& step) {
   recent_.clear();
 }
 
-void SemaphoreReader::follow(double time_s, const SignSimilarities& z, SemaphoreStep& step) {
+void SemaphoreReader::follow(double time_s, const SignMatch& match, SemaphoreStep& step) {
   const auto& options = templates_.options();
   if (held_) {
+    const auto& z = match.similarity;
     const double best = *std::max_element(z.begin(), z.end());
     const double own = z[held_->sign];
     if (own >= options.least_similarity - options.hysteresis && own >= best - options.margin) {
@@ -143,10 +150,11 @@ SemaphoreStep SemaphoreReader::add(double time_s, const std::optional<body::Part
     take(movements_.add(time_s, *state), step);
     last_state_ = time_s;
     while (!recent_.empty() && recent_.front().time_s < time_s - kBefore - kSlack) recent_.pop_front();
-    recent_.push_back({time_s, unit_psi(*state), state->joined()});
-    const auto z = similarities();
-    step.now = templates_.read(z);
-    follow(time_s, z, step);
+    const auto& parts = state->parts();
+    recent_.push_back({time_s, unit_psi(*state), state->joined(), {parts.eta + parts.alpha, parts.eta - parts.alpha}});
+    const auto matched = match(*state);
+    step.now = templates_.read(matched);
+    follow(time_s, matched, step);
   } else {
     take(movements_.pass(time_s), step);
   }

@@ -23,7 +23,7 @@ struct HeldSign {
 
 /// What a moment's state says, and what it changes.
 struct SemaphoreStep {
-  SignReading now;               ///< Of the last 0.15 seconds' states, whether held or not; none without a state.
+  SignReading now;               ///< Of the last 0.2 seconds' states, whether held or not; none without a state.
   std::optional<HeldSign> held;  ///< The sign that is being held, up to now.
   std::vector<HeldSign> ended;   ///< Signs that are over, in the order of their ends.
 };
@@ -54,6 +54,7 @@ class SemaphoreReader {
     double time_s;
     UnitPsi psi;
     bool joined;
+    std::array<Eigen::Vector2d, 2> arm;  // from the face, in face widths
   };
   struct Hold {
     std::size_t sign = 0;
@@ -67,8 +68,8 @@ class SemaphoreReader {
   [[nodiscard]] static HeldSign told(const Hold& hold);
   static void note(Hold& hold, double time_s, const SignReading& reading);
   [[nodiscard]] bool still() const;
-  [[nodiscard]] SignSimilarities similarities() const;
-  void follow(double time_s, const SignSimilarities& z, SemaphoreStep& step);
+  [[nodiscard]] SignMatch match(const body::ParticleState& newest) const;
+  void follow(double time_s, const SignMatch& match, SemaphoreStep& step);
   void lapse(double time_s, SemaphoreStep& step);
   void end_hold(SemaphoreStep& step);
   void take(const std::optional<Movement>& movement, SemaphoreStep& step);

@@ -1,55 +1,51 @@
 // SPDX-License-Identifier: Apache-2.0
-// letters.json as others read it.
+// The exact bytes of letters.json.
 #include "outputs/letters_json.hpp"
 
+#include <vector>
+
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
 namespace choreo::outputs {
 namespace {
 
-TEST(LettersJson, HasTheKeysInTheirOrderAndTimesToAMillisecond) {
-  const ReadLetter letters[] = {{"R", 1.2345678, 3.5, 0.98765}, {"REST", 3.75, 4, 1}};
-  EXPECT_EQ(letters_json(letters, "R"), R"({
-  "letters": [
-    {
-      "letter": "R",
-      "from": 1.235,
-      "to": 3.5,
-      "confidence": 0.988
-    },
-    {
-      "letter": "REST",
-      "from": 3.75,
-      "to": 4.0,
-      "confidence": 1.0
-    }
-  ],
-  "text": "R"
-}
-)");
+TEST(LettersJson, HasALineALetterAndLeavesRestOut) {
+  const std::vector<recognition::HeldSign> signs = {
+      {"REST", 0, 1, 1, "A"}, {"A", 1.73349, 4.6, 0.9984, "B"}, {"NUMERALS", 5, 7.25, 0.5, "U"}};
+  EXPECT_EQ(letters_json(signs, "A"),
+            "{\n"
+            "  \"letters\": [\n"
+            "    {\"letter\": \"A\", \"from\": 1.733, \"to\": 4.600, \"confidence\": 0.998},\n"
+            "    {\"letter\": \"NUMERALS\", \"from\": 5.000, \"to\": 7.250, \"confidence\": 0.500}\n"
+            "  ],\n"
+            "  \"text\": \"A\"\n"
+            "}\n");
 }
 
-TEST(LettersJson, WithoutLettersTheListIsEmptyAndNotMissing) {
+TEST(LettersJson, IsWholeWithoutALetter) {
   EXPECT_EQ(letters_json({}, ""), "{\n  \"letters\": [],\n  \"text\": \"\"\n}\n");
   EXPECT_EQ(pictures_json({}), "{\n  \"pictures\": []\n}\n");
 }
 
-TEST(PicturesJson, WhereThereIsNoLetterItIsNull) {
-  const ReadPicture pictures[] = {{"a.jpg", "A", 0.9, "REST"}, {"b \"2\".jpg", std::nullopt, 0.5, ""}};
-  const auto json = nlohmann::json::parse(pictures_json(pictures));
-  ASSERT_EQ(json["pictures"].size(), 2U);
-  EXPECT_EQ(json["pictures"][0]["file"], "a.jpg");
-  EXPECT_EQ(json["pictures"][0]["letter"], "A");
-  EXPECT_EQ(json["pictures"][0]["runner_up"], "REST");
-  EXPECT_EQ(json["pictures"][1]["file"], "b \"2\".jpg");
-  EXPECT_TRUE(json["pictures"][1]["letter"].is_null());
-  EXPECT_TRUE(json["pictures"][1]["runner_up"].is_null());
-}
-
-TEST(PicturesJson, AFilesNameThatIsNoTextStaysReadable) {
-  const ReadPicture pictures[] = {{"\xff.jpg", std::nullopt, 0, ""}};
-  EXPECT_EQ(nlohmann::json::parse(pictures_json(pictures))["pictures"][0]["file"], "\xEF\xBF\xBD.jpg");
+TEST(PicturesJson, WritesNullWhereThereIsNoLetterAndEscapesNames) {
+  recognition::SignReading b;
+  b.sign = "B";
+  b.confidence = 0.9871;
+  b.runner_up = "C";
+  recognition::SignReading near;
+  near.confidence = 0.75;
+  near.runner_up = "REST";
+  recognition::SignReading nothing;
+  nothing.confidence = 1;
+  const std::vector<PictureReading> pictures = {{"a \"b\"\n.jpg", b}, {"\xFFx.png", near}, {"wall.jpg", nothing}};
+  EXPECT_EQ(pictures_json(pictures),
+            "{\n"
+            "  \"pictures\": [\n"
+            "    {\"file\": \"a \\\"b\\\"\\n.jpg\", \"letter\": \"B\", \"confidence\": 0.987, \"runner_up\": \"C\"},\n"
+            "    {\"file\": \"\xEF\xBF\xBDx.png\", \"letter\": null, \"confidence\": 0.750, \"runner_up\": \"REST\"},\n"
+            "    {\"file\": \"wall.jpg\", \"letter\": null, \"confidence\": 1.000, \"runner_up\": null}\n"
+            "  ]\n"
+            "}\n");
 }
 
 }  // namespace
