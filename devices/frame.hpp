@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include <opencv2/core/mat.hpp>
@@ -41,6 +42,7 @@ struct Frame {
   /// Of a take that is replayed as it was processed: the run that recorded it never came to this frame. It is counted
   /// and may teach the background, and goes no further.
   bool overtaken = false;
+  std::string name;  ///< Of the file that holds this picture alone; empty of videos and devices.
 };
 
 using FramePtr = std::shared_ptr<const Frame>;
