@@ -13,6 +13,7 @@
 #include "core/time.hpp"
 #include "devices/frame.hpp"
 #include "vision/body_masker.hpp"
+#include "vision/face.hpp"
 
 namespace choreo::pipeline {
 
@@ -31,6 +32,10 @@ struct Observation {
 
   // From MaskStage.
   vision::MaskResult mask;  ///< At the working resolution.
+
+  // From FaceStage, of the picture that was searched a few frames before.
+  std::optional<vision::TrackedFace> face;  ///< The performer's, in pixels of `picture`.
+  int faces = 0;  ///< In sight, the performer's among them; not those that are known to hang on the wall.
 
   // From StateStage; absent without a body.
   std::unique_ptr<const body::MaskState> state;
