@@ -191,7 +191,7 @@ void ToneLearner::give_out() {
       tone.parts.push_back({1, std::make_shared<GaussianTone>(parameters)});
     } else {
       HistogramTone::Parameters p;
-      p.shares = from.cells;
+      p.weights = from.cells;
       p.value = {parameters.mean[2], std::sqrt(parameters.covariance(2, 2))};
       p.noise = options_.noise;
       // As wide as the normal density is wider than the pixels.

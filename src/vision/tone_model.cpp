@@ -201,28 +201,29 @@ HistogramTone::HistogramTone(Parameters parameters) : parameters_(std::move(para
   if (!(p.value.deviation >= 0 && p.value.deviation <= 10) || !(std::abs(p.value.mean) <= 10)) {
     throw usage_error("a tone's mean or deviation of v is no number, or larger than any colour's");
   }
-  if (p.shares.size() != std::size_t(kCells) * kCells) {
-    throw usage_error(fmt::format("a tone's histogram has {} cells", p.shares.size()), {},
+  if (p.weights.size() != std::size_t(kCells) * kCells) {
+    throw usage_error(fmt::format("a tone's histogram has {} cells", p.weights.size()), {},
                       fmt::format("it has {} x {}", kCells, kCells));
   }
   double sum = 0;
-  for (const float share : p.shares) {
-    if (!(share >= 0 && std::isfinite(share)))
-      throw usage_error("a share in a tone's histogram is negative or no number");
-    sum += share;
+  for (const float weight : p.weights) {
+    if (!(weight >= 0 && weight < 1e12F))
+      throw usage_error("a tone's histogram holds a weight that is negative or no number");
+    sum += weight;
   }
-  if (!(sum > 0 && std::isfinite(sum))) throw usage_error("a tone's histogram is empty");
-  for (auto& share : p.shares) share = static_cast<float>(share / sum);
+  if (sum <= 0) throw usage_error("a tone's histogram is empty");
+  std::vector<float> shares;
+  for (const float weight : p.weights) shares.push_back(static_cast<float>(weight / sum));
 
   // Up to where noise fills the whole disc; in between, two neighbours are mixed.
   constexpr double kUnit = 2.0 / kCells;
   for (double deviation = p.smoothing;; deviation *= 1.6) {
     Level level{deviation, std::vector<float>(std::size_t(kCells + 2) * (kCells + 2), 0.0F)};
-    const auto shares = smoothed(p.shares, deviation / kUnit);
+    const auto wider = smoothed(shares, deviation / kUnit);
     for (int y = 0; y < kCells; ++y) {
       for (int x = 0; x < kCells; ++x) {
         level.density[std::size_t((y + 1) * (kCells + 2) + x + 1)] =
-            shares[std::size_t(y * kCells + x)] / static_cast<float>(kUnit * kUnit);
+            wider[std::size_t(y * kCells + x)] / static_cast<float>(kUnit * kUnit);
       }
     }
     levels_.push_back(std::move(level));
@@ -233,14 +234,14 @@ HistogramTone::HistogramTone(Parameters parameters) : parameters_(std::move(para
 HistogramTone HistogramTone::fitted(std::span<const cv::Vec3b> bgr, const ToneFit& fit) {
   check_samples<HistogramTone>(bgr.size());
   Parameters out;
-  out.shares.assign(std::size_t(kCells) * kCells, 0.0F);
+  out.weights.assign(std::size_t(kCells) * kCells, 0.0F);
   out.noise = fit.noise;
   out.smoothing = fit.smoothing;
   double sum = 0;
   double squares = 0;
   for (const auto& pixel : bgr) {
     const auto c = tone_colour(pixel);
-    out.shares[cell_of(c.x, c.y)] += 1;
+    out.weights[cell_of(c.x, c.y)] += 1;
     sum += c.v;
     squares += c.v * c.v;
   }
@@ -285,6 +286,58 @@ void HistogramTone::densities(double v, std::span<const float> x, std::span<cons
     };
     out[i] = of_narrow * between(narrow.density) + of_wide * between(wide.density);
   }
+}
+
+std::vector<Tone::Part> fitted_parts(std::span<const cv::Vec3b> bgr, const ToneFit& fit) {
+  if (fit.parts < 1 || fit.parts > 8) {
+    throw usage_error(fmt::format("{} parts for a tone", fit.parts), {}, "it has from 1 to 8");
+  }
+  const auto made = [&](std::span<const cv::Vec3b> pixels) -> std::shared_ptr<const ToneModel> {
+    if (fit.kind == ToneKind::kHistogram) return std::make_shared<HistogramTone>(HistogramTone::fitted(pixels, fit));
+    return std::make_shared<GaussianTone>(GaussianTone::fitted(pixels, fit));
+  };
+  if (fit.parts == 1) return {{1, made(bgr)}};
+
+  const auto count = static_cast<std::size_t>(fit.parts);
+  if (bgr.size() < count) check_samples<GaussianTone>(bgr.size());
+  std::vector<cv::Vec3d> at;
+  for (const auto& pixel : bgr) {
+    const auto c = tone_colour(pixel);
+    at.emplace_back(c.x, c.y, c.v);
+  }
+  // Each start is the pixel farthest from those before it, the first that from the mean: no lots, the same every time.
+  cv::Vec3d mean;
+  for (const auto& p : at) mean += p * (1.0 / double(at.size()));
+  std::vector<cv::Vec3d> centres;
+  std::vector<double> nearest(at.size());
+  for (std::size_t i = 0; i < at.size(); ++i) nearest[i] = cv::norm(at[i] - mean);
+  while (centres.size() < count) {
+    const auto far = std::max_element(nearest.begin(), nearest.end()) - nearest.begin();
+    centres.push_back(at[std::size_t(far)]);
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      const double distance = cv::norm(at[i] - centres.back());
+      nearest[i] = centres.size() == 1 ? distance : std::min(nearest[i], distance);
+    }
+  }
+  std::vector<std::vector<cv::Vec3b>> pixels(count);
+  for (int round = 0; round < 20; ++round) {
+    std::vector<cv::Vec3d> sums(count);
+    for (auto& part : pixels) part.clear();
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      std::size_t best = 0;
+      for (std::size_t k = 1; k < count; ++k) {
+        if (cv::norm(at[i] - centres[k]) < cv::norm(at[i] - centres[best])) best = k;
+      }
+      pixels[best].push_back(bgr[i]);
+      sums[best] += at[i];
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+      if (!pixels[k].empty()) centres[k] = sums[k] * (1.0 / double(pixels[k].size()));
+    }
+  }
+  std::vector<Tone::Part> parts;
+  for (const auto& part : pixels) parts.push_back({double(part.size()) / double(bgr.size()), made(part)});
+  return parts;
 }
 
 void ToneSet::validate() const {

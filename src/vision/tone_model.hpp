@@ -5,9 +5,12 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <opencv2/core/matx.hpp>
+
+#include "vision/tone_options.hpp"
 
 namespace choreo::vision {
 
@@ -53,6 +56,8 @@ struct ToneValue {
 
 /// How a model is made from pixels.
 struct ToneFit {
+  ToneKind kind = ToneKind::kGaussian;
+  int parts = 1;            ///< Clusters of colours with a model each, [1, 8]: two of a two-coloured flag.
   bool with_value = true;   ///< Over x, y and v; else over x and y, with any v alike.
   double noise = 2;         ///< Of a channel, grey levels, [0, 50]: see `tone_noise`.
   double smoothing = 0.03;  ///< Histograms: deviation of the kernel in x and y, [0.005, 0.5].
@@ -101,19 +106,18 @@ class HistogramTone final : public ToneModel {
   static constexpr std::size_t kLeastSamples = 64;
 
   struct Parameters {
-    std::vector<float> shares;  ///< kCells rows of y, each kCells of x: shares of the pixels, at least 0, summing to 1.
+    std::vector<float> weights;  ///< kCells rows of y, each kCells of x: pixels, or anything in their proportion.
     ToneValue value;
     double smoothing = 0.03;
     double noise = 2;  ///< Grey levels.
     friend bool operator==(const Parameters& a, const Parameters& b) {
-      return a.shares == b.shares && a.value.mean == b.value.mean && a.value.deviation == b.value.deviation &&
+      return a.weights == b.weights && a.value.mean == b.value.mean && a.value.deviation == b.value.deviation &&
              a.smoothing == b.smoothing && a.noise == b.noise;
     }
   };
 
-  /// `shares` are divided by their sum. @throws Error (usage) where they are not as many, negative, all 0 or not
-  /// finite,
-  ///   or another number is out of its range.
+  /// @throws Error (usage) where there are not as many weights, or they are negative, all 0 or not finite, or another
+  ///   number is out of its range.
   explicit HistogramTone(Parameters parameters);
 
   /// @throws Error (usage) where there are fewer than `kLeastSamples`.
@@ -145,6 +149,11 @@ struct Tone {
   double prior = 0.2;  ///< > 0, over the same sum as the others' and the outliers'.
   std::vector<Part> parts;
 };
+
+/// The parts of a tone from its pixels, split where `fit.parts` is more than 1 by k-means over x, y and v from starts
+/// that lie far apart, and weighted by how many pixels each has.
+/// @throws Error (usage) where there are too few pixels for a part.
+[[nodiscard]] std::vector<Tone::Part> fitted_parts(std::span<const cv::Vec3b> bgr, const ToneFit& fit = {});
 
 /// Named tones beside the outliers: all that is none of them. The outliers' density is 1 / pi everywhere.
 struct ToneSet {
