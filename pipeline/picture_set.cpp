@@ -6,6 +6,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <oneapi/tbb/parallel_for.h>
 #include <opencv2/imgproc.hpp>
 
 #include "core/error.hpp"
@@ -23,6 +24,13 @@ using vision::Face;
 
 constexpr double kSeconds = 0.1;  // Between pictures, for a learner that thinks of films.
 constexpr int kClosing = 2;
+constexpr int kCertain = 128;    // Posterior of 255.
+constexpr double kSpeck = 0.02;  // Face widths squared.
+constexpr double kLeastOverlap = 0.45;
+constexpr double kLeastSeen = 0.5;     // Arms: a picture that shows less shows none.
+constexpr std::size_t kSmallSet = 12;  // Of more pictures, each arm moves in some.
+constexpr double kOverlapSpread = 0.03;
+constexpr std::size_t kThorough = 6;  // Pictures of a scene.
 
 // A picture and what is known of it, on the canvas of its scene.
 struct View {
@@ -82,40 +90,42 @@ Tones tones_of(const vision::ToneLearner& learner, const PictureSetOptions& opti
 
 vision::TrackedFace tracked(const Face& face) { return {middle_of(face.box), face.box.width, face.confidence, 0, 0}; }
 
-void read(const View& view, const Face& face, const vision::ToneMapper* mapper, const Tones& tones,
-          const recognition::SignCover& signs, double scale, cv::Size size, PictureReading& reading) {
-  const double to_given = 1 / scale;
-  reading.face = moved(view.picture_from_canvas, face);
-  for (auto* value :
-       {&reading.face->box.x, &reading.face->box.y, &reading.face->box.width, &reading.face->box.height}) {
-    *value *= to_given;
+// What is seen of arms in one picture: the arms' tone where it differs from the wall.
+cv::Mat arms_seen(const cv::Mat& posterior, double face_width) {
+  return vision::without_specks(vision::annealed(posterior >= kCertain, kClosing),
+                                int(kSpeck * face_width * face_width), false);
+}
+
+// Fills in what the picture shows, from how well each sign covers it.
+void tell(const View& view, const recognition::SignCoverage& coverage, double to_given, PictureReading& reading) {
+  const auto all_signs = body::semaphore_signs();
+  const auto& overlap = coverage.overlap;
+  const auto best = std::size_t(std::max_element(overlap.begin(), overlap.end()) - overlap.begin());
+  reading.overlap = overlap[best];
+  if (reading.overlap <= 0) {
+    reading.confidence = 1;
+    return;
   }
-  if (mapper == nullptr || tones.arms.empty()) return;
-  const cv::Mat posterior = mapper->posterior(view.against.bgr, view.against.differs, tones.arms);
-  const double width = face.box.width;
-  cv::Mat seen = posterior >= 128;
-  seen = vision::annealed(seen, kClosing);
-  seen = vision::without_specks(seen, int(0.02 * width * width), false);
-  const auto coverage = signs.cover(seen, middle_of(face.box), width);
-  const auto best =
-      std::size_t(std::max_element(coverage.overlap.begin(), coverage.overlap.end()) - coverage.overlap.begin());
-  reading.overlap = coverage.overlap[best];
-  cv::warpAffine(seen, reading.evidence, inverse(view.picture_from_canvas), size,
-                 cv::INTER_NEAREST | cv::WARP_INVERSE_MAP, cv::BORDER_CONSTANT);
-  if (reading.overlap <= 0) return;
   for (std::size_t s = 0; s < 2; ++s) {
     const auto& arm = coverage.arms[best][s];
     reading.arms[s] = {moved(view.picture_from_canvas, arm.from) * to_given,
                        moved(view.picture_from_canvas, arm.to) * to_given};
   }
+  const auto likelihood = [&](double value) { return std::exp((value - overlap[best]) / kOverlapSpread); };
+  double all = likelihood(kLeastOverlap);
   std::size_t next = best == 0 ? 1 : 0;
-  for (std::size_t k = 0; k < coverage.overlap.size(); ++k) {
-    if (k != best && coverage.overlap[k] > coverage.overlap[next]) next = k;
+  for (std::size_t k = 0; k < overlap.size(); ++k) {
+    all += likelihood(overlap[k]);
+    if (k != best && overlap[k] > overlap[next]) next = k;
   }
-  const auto all_signs = body::semaphore_signs();
-  reading.sign = all_signs[best].name;
-  reading.runner_up = all_signs[next].name;
-  reading.confidence = coverage.overlap[best] - coverage.overlap[next];
+  if (overlap[best] >= kLeastOverlap && coverage.seen >= kLeastSeen) {
+    reading.sign = all_signs[best].name;
+    reading.runner_up = all_signs[next].name;
+    reading.confidence = 1 / all;
+  } else {
+    reading.runner_up = all_signs[best].name;
+    reading.confidence = likelihood(kLeastOverlap) / all;
+  }
 }
 
 }  // namespace
@@ -143,8 +153,9 @@ std::optional<std::vector<PictureReading>> read_pictures(std::span<const cv::Mat
   std::vector<PictureReading> readings(pictures.size());
   std::vector<cv::Mat> small;
   std::vector<double> scales;
+  std::vector<cv::Mat> greys;
   std::vector<std::vector<Face>> faces;
-  const auto tell = [&](double share) {
+  const auto report = [&](double share) {
     if (progress) progress(share);
   };
   for (std::size_t i = 0; i < pictures.size(); ++i) {
@@ -153,17 +164,34 @@ std::optional<std::vector<PictureReading>> read_pictures(std::span<const cv::Mat
     scales.push_back(double(small.back().cols) / pictures[i].cols);
     cv::Mat grey;
     cv::cvtColor(small.back(), grey, cv::COLOR_BGR2GRAY);
-    faces.push_back(vision::all_faces(detector, grey, options.least_face * std::max(grey.cols, grey.rows)));
-    readings[i].faces = int(faces.back().size());
-    tell(0.4 * double(i + 1) / double(pictures.size()));
+    const double longer = std::max(grey.cols, grey.rows);
+    faces.push_back(detector.detect(grey, cv::Rect({}, grey.size()), options.least_face * longer, 0.4 * longer,
+                                    vision::FaceLook::kFront));
+    greys.push_back(std::move(grey));
+    report(0.4 * double(i + 1) / double(pictures.size()));
   }
   const auto scenes = vision::shared_scenes(small);
-  tell(0.6);
+  report(0.6);
   if (stop.stop_requested()) return std::nullopt;
+  // The thorough search takes seconds: it is for scenes in which the quick one hardly finds anybody.
+  const auto search_thoroughly = [&](std::span<const std::size_t> members) {
+    const auto missing = [&](std::size_t i) { return faces[i].empty(); };
+    const auto without = std::size_t(std::count_if(members.begin(), members.end(), missing));
+    if (2 * without <= members.size()) return;
+    std::size_t searched = 0;
+    for (const auto i : members) {
+      if (!missing(i) || searched == kThorough) continue;
+      ++searched;
+      faces[i] = vision::all_faces(detector, greys[i], options.least_face * std::max(greys[i].cols, greys[i].rows));
+    }
+  };
   const recognition::SignCover signs(options.semaphore.mirrored);
   std::vector<char> done(pictures.size(), 0);
   // Reads pictures of one scene, or one alone.
   const auto read_views = [&](std::vector<View>& views, bool shared) {
+    std::vector<std::size_t> members;
+    for (const auto& view : views) members.push_back(view.picture);
+    search_thoroughly(members);
     std::vector<FacesOfView> seen;
     for (const auto& view : views) {
       std::vector<Face> on_canvas;
@@ -183,13 +211,48 @@ std::optional<std::vector<PictureReading>> read_pictures(std::span<const cv::Mat
     const auto tones = tones_of(learner, options);
     std::optional<vision::ToneMapper> mapper;
     if (!tones.set.tones.empty()) mapper.emplace(tones.set);
+    std::vector<cv::Mat> evidence(views.size());
+    const auto covered = [&](bool one_hangs) {
+      std::vector<recognition::SignCoverage> out(views.size());
+      tbb::parallel_for(std::size_t(0), views.size(), [&](std::size_t i) {
+        if (evidence[i].empty()) return;
+        const auto& box = whose[i].face->box;
+        out[i] = signs.cover(evidence[i], middle_of(box), box.width, one_hangs);
+      });
+      return out;
+    };
     for (std::size_t i = 0; i < views.size(); ++i) {
-      auto& reading = readings[views[i].picture];
+      if (!whose[i].face || !mapper || tones.arms.empty()) continue;
+      const cv::Mat posterior = mapper->posterior(views[i].against.bgr, views[i].against.differs, tones.arms);
+      evidence[i] = arms_seen(posterior, whose[i].face->box.width);
+    }
+    auto coverages = covered(false);
+    if (shared && views.size() <= kSmallSet) {
+      // A to D alone: the arm that hangs in all of them is part of the wall. One arm must then explain all that is seen
+      // clearly better than two.
+      auto one_arm = covered(true);
+      const auto explained = [](const std::vector<recognition::SignCoverage>& all) {
+        double sum = 0;
+        for (const auto& c : all) sum += *std::max_element(c.overlap.begin(), c.overlap.end());
+        return sum / double(all.size());
+      };
+      if (explained(one_arm) > explained(coverages) + 0.05) coverages = std::move(one_arm);
+    }
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      const auto p = views[i].picture;
+      auto& reading = readings[p];
       reading.shared = shared;
+      reading.faces = int(faces[p].size());
       reading.face_seen = whose[i].seen;
       if (!whose[i].face) continue;
-      const auto p = views[i].picture;
-      read(views[i], *whose[i].face, mapper ? &*mapper : nullptr, tones, signs, scales[p], small[p].size(), reading);
+      const double to_given = 1 / scales[p];
+      reading.face = moved(views[i].picture_from_canvas, *whose[i].face);
+      auto& box = reading.face->box;
+      box = {box.x * to_given, box.y * to_given, box.width * to_given, box.height * to_given};
+      if (evidence[i].empty()) continue;
+      cv::warpAffine(evidence[i], reading.evidence, inverse(views[i].picture_from_canvas), small[p].size(),
+                     cv::INTER_NEAREST | cv::WARP_INVERSE_MAP, cv::BORDER_CONSTANT);
+      tell(views[i], coverages[i], to_given, reading);
     }
   };
   for (const auto& scene : scenes) {
@@ -224,7 +287,7 @@ std::optional<std::vector<PictureReading>> read_pictures(std::span<const cv::Mat
     alone.front().against.bgr = small[i];
     read_views(alone, false);
   }
-  tell(1);
+  report(1);
   return readings;
 }
 

@@ -32,6 +32,8 @@ constexpr int kTurns = 72;     // Directions.
 constexpr int kTurnSteps = 4;  // Off the sign's direction, to either side: 20 degrees.
 constexpr int kRadii = int(4.7 * kScale);
 
+constexpr float kLeastShown = 0.6F;  // Of a bar.
+
 constexpr std::array<double, 3> kSizes = {0.86, 1, 1.16};
 constexpr std::array<double, 3> kAsideShifts = {-0.35, 0, 0.35};
 constexpr std::array<double, 3> kDownShifts = {-0.3, 0.05, 0.4};
@@ -51,11 +53,13 @@ cv::Point2d direction_of(double turns) {
   return {-std::sin(angle), std::cos(angle)};
 }
 
+int half_width(double size) { return std::max(1, cvRound(0.5 * kWide * size * kScale)); }
+
 Ray ray_of(const cv::Mat& seen, cv::Point2d shoulder, double turns, double size) {
   Ray ray;
   const auto along = direction_of(turns);
   const cv::Point2d across(-along.y, along.x);
-  const int half = std::max(1, cvRound(0.5 * kWide * size * kScale));
+  const int half = half_width(size);
   for (int r = 0; r < kRadii; ++r) {
     float sum = 0;
     float area = 0;
@@ -91,7 +95,8 @@ int radius_of(double face_widths, double size) { return std::clamp(cvRound(face_
 
 SignCover::SignCover(bool mirrored) : mirrored_(mirrored) {}
 
-SignCoverage SignCover::cover(const cv::Mat& evidence, cv::Point2d face_centre, double face_width) const {
+SignCoverage SignCover::cover(const cv::Mat& evidence, cv::Point2d face_centre, double face_width,
+                              bool one_hangs) const {
   assert(evidence.type() == CV_8UC1 && face_width > 0);
   // A copy in which a face is kScale wide: negative where nothing is known, as beyond the border.
   const double shrink = kScale / face_width;
@@ -151,6 +156,7 @@ SignCoverage SignCover::cover(const cv::Mat& evidence, cv::Point2d face_centre, 
               for (std::size_t tip = 0; tip < kTips.size(); ++tip) {
                 const auto from = std::size_t(radius_of(kBareFrom[f], body));
                 const auto to = std::size_t(radius_of(kTips[tip], body));
+                const float full = 2 * float(half_width(body)) + 1;
                 Bar fullest;
                 double most = -1;
                 for (int off = -kTurnSteps; off <= kTurnSteps; ++off) {
@@ -158,7 +164,9 @@ SignCoverage SignCover::cover(const cv::Mat& evidence, cv::Point2d face_centre, 
                   const auto& ray = rays[s][std::size_t(turn)];
                   Bar bar;
                   bar.sum = ray.sum[to] - ray.sum[from];
-                  bar.area = ray.area[to] - ray.area[from];
+                  // What the face hides, or lies beyond the picture, may be there: but an arm that is nowhere to be
+                  // seen is no explanation.
+                  bar.area = std::max(ray.area[to] - ray.area[from], kLeastShown * full * float(to - from));
                   bar.log_penalty = float(penalty(off * 360.0 / kTurns, 30));
                   bar.turn = static_cast<std::int16_t>(turn);
                   bar.from = static_cast<std::uint8_t>(f);
@@ -174,7 +182,11 @@ SignCoverage SignCover::cover(const cv::Mat& evidence, cv::Point2d face_centre, 
             }
           }
         }
+        if (one_hangs) {
+          for (auto& shoulders : bars) shoulders[0] = {Bar{}};
+        }
         for (std::size_t k = 0; k < signs.size(); ++k) {
+          if (one_hangs && (signs[k].left == 0) == (signs[k].right == 0)) continue;
           for (const bool swapped : {false, true}) {
             const auto& lefts = bars[0][std::size_t(swapped ? signs[k].right : signs[k].left)];
             const auto& rights = bars[1][std::size_t(swapped ? signs[k].left : signs[k].right)];

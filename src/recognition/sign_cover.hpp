@@ -42,8 +42,11 @@ class SignCover {
 
   /// @param evidence  CV_8UC1, how sure each pixel is of a bare arm, 255 being certain.
   /// @param face_centre, face_width  px of that picture; width > 0.
+  /// @param one_hangs  of one arm nothing is to be seen because it never leaves its place, which is taken for hanging:
+  ///   only signs with one arm down are looked at, by their other arm.
   /// @cost  about 30 ms, of any size.
-  [[nodiscard]] SignCoverage cover(const cv::Mat& evidence, cv::Point2d face_centre, double face_width) const;
+  [[nodiscard]] SignCoverage cover(const cv::Mat& evidence, cv::Point2d face_centre, double face_width,
+                                   bool one_hangs = false) const;
 
  private:
   bool mirrored_;
