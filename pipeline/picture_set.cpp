@@ -40,16 +40,6 @@ struct View {
   std::vector<Face> faces;
 };
 
-cv::Mat reduced(const cv::Mat& picture, int longest_side) {
-  const int longer = std::max(picture.cols, picture.rows);
-  if (longer <= longest_side) return picture;
-  const double shrink = double(longest_side) / longer;
-  cv::Mat out;
-  cv::resize(picture, out, {std::max(1, cvRound(picture.cols * shrink)), std::max(1, cvRound(picture.rows * shrink))},
-             0, 0, cv::INTER_AREA);
-  return out;
-}
-
 cv::Point2d moved(const cv::Matx23d& m, cv::Point2d p) {
   return {m(0, 0) * p.x + m(0, 1) * p.y + m(0, 2), m(1, 0) * p.x + m(1, 1) * p.y + m(1, 2)};
 }
@@ -130,6 +120,16 @@ void tell(const View& view, const recognition::SignCoverage& coverage, double to
 
 }  // namespace
 
+cv::Mat reduced_picture(const cv::Mat& picture, int longest_side) {
+  const int longer = std::max(picture.cols, picture.rows);
+  if (longer <= longest_side) return picture;
+  const double shrink = double(longest_side) / longer;
+  cv::Mat out;
+  cv::resize(picture, out, {std::max(1, cvRound(picture.cols * shrink)), std::max(1, cvRound(picture.rows * shrink))},
+             0, 0, cv::INTER_AREA);
+  return out;
+}
+
 void PictureSetOptions::validate() const {
   if (longest_side < 64 || longest_side > 4096) {
     throw usage_error(fmt::format("longest_side is {}", longest_side), {}, "64 to 4096 pixels");
@@ -160,7 +160,7 @@ std::optional<std::vector<PictureReading>> read_pictures(std::span<const cv::Mat
   };
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     if (stop.stop_requested()) return std::nullopt;
-    small.push_back(reduced(pictures[i], options.longest_side));
+    small.push_back(reduced_picture(pictures[i], options.longest_side));
     scales.push_back(double(small.back().cols) / pictures[i].cols);
     cv::Mat grey;
     cv::cvtColor(small.back(), grey, cv::COLOR_BGR2GRAY);

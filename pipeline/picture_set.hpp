@@ -33,6 +33,9 @@ struct PictureSetOptions {
   void validate() const;  ///< @throws Error (usage) naming the option, its value and its range.
 };
 
+/// A picture as it is looked at: no side longer than `longest_side`. The same picture where it is small enough.
+[[nodiscard]] cv::Mat reduced_picture(const cv::Mat& picture, int longest_side);
+
 /// What one picture shows, and what it was read from. Lengths in px of the picture as it was given.
 struct PictureReading {
   std::optional<std::string_view> sign;  ///< Of body::semaphore_signs(); nothing where none is shown for certain.
