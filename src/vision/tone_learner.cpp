@@ -7,6 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include <opencv2/core.hpp>  // Matx::inv
+
 namespace choreo::vision {
 namespace {
 
