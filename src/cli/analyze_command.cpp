@@ -10,6 +10,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/kept_states.hpp"
+#include "cli/picture_set_results.hpp"
 #include "cli/preparation.hpp"
 #include "cli/recording.hpp"
 #include "cli/results.hpp"
@@ -44,6 +45,10 @@ What it writes into DIR:
   particles.csv  with --save particles: one row a frame: face, arms and the
                  particle state, in face widths
   letters.json   with --recognise semaphore: letters with times, and the text
+A set of pictures (a folder whose names are no numbered sequence, or with
+?stills=1) read with --recognise semaphore gives instead:
+  letters.json   the letter that each picture shows, or null
+  pictures.png   all pictures with what was seen of the arms
   summary.json   source, sizes, settings, warnings, timings
 Nothing is written under these names before all of it is complete.
 
@@ -54,6 +59,7 @@ Examples:
   choreoscope analyze 'synthetic://jumping-jacks?seed=3' --out out/jacks
   choreoscope analyze clip.mkv --out out/clip --set mask.threshold=18
   choreoscope analyze signals.mp4 --out out/signals --recognise semaphore
+  choreoscope analyze photographs --out out/photos --recognise semaphore
 
 Exit status: 0 done, 1 failed while running, 2 refused (usage, configuration,
 source), 130 interrupted: what was computed until then is written.)";
@@ -69,6 +75,9 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   auto& summary = prepared.summary;
   const auto& stop = prepared.stop;
   if (options.out.empty()) throw usage_error("is empty", "--out", "name the folder to write to");
+  if (summary.source.stills && options.signals.reads()) {
+    return analyze_pictures(*prepared.source, *load_faces(settings), picture_options(settings), options.out, session);
+  }
   outputs::OutputSet files(options.out);
   std::vector<std::string> more;
   if (save_masks) more.emplace_back("masks.npy");

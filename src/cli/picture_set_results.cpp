@@ -8,11 +8,11 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "core/text.hpp"
+#include "outputs/letters_json.hpp"
 #include "outputs/output_set.hpp"
 
 namespace choreo::cli {
@@ -31,24 +31,16 @@ std::optional<std::string> letter_of(const PictureReading& reading) {
   return std::string(*reading.sign);
 }
 
-double rounded(double value) { return std::round(value * 1e4) / 1e4; }
-
 std::string json_of(const std::vector<std::string>& names, const std::vector<PictureReading>& readings) {
-  auto pictures = nlohmann::ordered_json::array();
+  std::vector<outputs::PictureReading> pictures;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const auto& reading = readings[i];
-    nlohmann::ordered_json one;
-    one["file"] = names[i];
-    const auto letter = letter_of(reading);
-    one["letter"] = letter ? nlohmann::ordered_json(*letter) : nlohmann::ordered_json(nullptr);
-    one["confidence"] = rounded(reading.confidence);
-    one["runner_up"] =
-        reading.runner_up.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(reading.runner_up);
-    pictures.push_back(std::move(one));
+    recognition::SignReading shown;
+    if (letter_of(readings[i])) shown.sign = readings[i].sign;
+    shown.confidence = readings[i].confidence;
+    shown.runner_up = readings[i].runner_up;
+    pictures.push_back({names[i], shown});
   }
-  nlohmann::ordered_json all;
-  all["pictures"] = std::move(pictures);
-  return all.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return outputs::pictures_json(pictures);
 }
 
 cv::Mat tile_of(const cv::Mat& picture, const PictureReading& reading) {

@@ -32,6 +32,22 @@ void SignalOptions::declare(CLI::App& command) {
       ->check(CLI::IsMember({"semaphore"}));
 }
 
+std::unique_ptr<vision::FaceDetector> load_faces(const config::Options& settings) {
+  pipeline::FaceModelOptions models;
+  if (!settings.cascades.empty()) models.cascades = settings.cascades;
+  models.model = settings.face_model;
+  models.haar = settings.haar;
+  return pipeline::load_face_detector(models);
+}
+
+pipeline::PictureSetOptions picture_options(const config::Options& settings) {
+  pipeline::PictureSetOptions options;
+  options.semaphore = settings.semaphore;
+  options.tones = settings.tones;
+  if (!settings.tones.file.empty()) options.given = config::load_tones(settings.tones.file);
+  return options;
+}
+
 void SignalTally::add(const pipeline::Observation& o) {
   ++frames_;
   ++cases_[std::size_t(o.arms.found)];
@@ -72,14 +88,10 @@ std::vector<std::string> SignalTally::warnings(const config::Options& settings) 
 }
 
 SignalChain::SignalChain(const config::Options& settings, bool reads, std::function<void(std::uint64_t)> on_late) {
-  pipeline::FaceModelOptions models;
-  if (!settings.cascades.empty()) models.cascades = settings.cascades;
-  models.model = settings.face_model;
-  models.haar = settings.haar;
   auto options = settings.face;
   options.waits = on_late == nullptr;
   options.on_late = std::move(on_late);
-  auto face = std::make_unique<pipeline::FaceStage>(pipeline::load_face_detector(models), std::move(options));
+  auto face = std::make_unique<pipeline::FaceStage>(load_faces(settings), std::move(options));
   face_ = face.get();
   stages_.push_back(std::move(face));
 

@@ -14,6 +14,7 @@
 #include "cli/console.hpp"
 #include "config/options.hpp"
 #include "outputs/signal_overlay.hpp"
+#include "pipeline/picture_set.hpp"
 #include "pipeline/stages/face_stage.hpp"
 #include "pipeline/stages/particle_stage.hpp"
 #include "pipeline/stages/semaphore_stage.hpp"
@@ -31,6 +32,12 @@ struct SignalOptions {
   /// Whether states are particles.
   [[nodiscard]] bool particles() const { return state.empty() ? reads() : state == "particles"; }
 };
+
+/// The detector that the settings name. @throws Error (usage) for a file that cannot be used.
+[[nodiscard]] std::unique_ptr<vision::FaceDetector> load_faces(const config::Options& settings);
+
+/// What reading a set of pictures takes of the settings. @throws Error (usage) likewise.
+[[nodiscard]] pipeline::PictureSetOptions picture_options(const config::Options& settings);
 
 /// How often what was seen of faces and arms; over all frames of a run.
 class SignalTally {
