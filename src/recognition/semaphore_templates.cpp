@@ -46,16 +46,16 @@ std::vector<Band> beside_face(const std::vector<Band>& bands, const Vector2d& fa
   std::vector<Band> left;
   for (const auto& b : bands) {
     const auto at = [&](double share) -> Vector2d { return b.from + share * (b.to - b.from); };
-    std::optional<int> begin;
+    int begin = kSlices;  // Of a run of slices that are seen; kSlices: of none.
     for (int k = 0; k <= kSlices; ++k) {
       bool seen = false;
       if (k < kSlices) {
         const Vector2d p = (at((k + 0.5) / kSlices) - face) / face_width;
         seen = !vision::in_face_region(p.x(), -p.y());
       }
-      if (seen && !begin) begin = k;
-      if (!seen && begin) left.push_back({at(double(*begin) / kSlices), at(double(k) / kSlices), b.width});
-      if (!seen) begin.reset();
+      if (seen && begin == kSlices) begin = k;
+      if (!seen && begin < kSlices) left.push_back({at(double(begin) / kSlices), at(double(k) / kSlices), b.width});
+      if (!seen) begin = kSlices;
     }
   }
   return left;
