@@ -97,6 +97,7 @@ FaceStageOptions at_once(int delay = 3) {
   FaceStageOptions options;
   options.track.persistence = 1;
   options.delay_frames = delay;
+  options.rows = 120;  // As the spot's frames have.
   return options;
 }
 
@@ -125,6 +126,25 @@ TEST(FaceStage, TheFaceIsGivenInPixelsOfTheObservationsPicture) {
   ASSERT_TRUE(last.face);
   EXPECT_NEAR(last.face->centre.x, 20.25, 1e-9);
   EXPECT_NEAR(last.face->width, 10, 1e-9);
+}
+
+TEST(FaceStage, SmallFramesAreEnlargedToAtMostTwiceTheirSize) {
+  for (const auto& [asked, searched] : {std::pair{480, 240}, {240, 240}, {180, 180}, {120, 120}}) {
+    auto options = at_once();
+    options.rows = asked;
+    int rows = 0;
+    {
+      FaceStage stage(std::make_unique<FakeDetector>([&](const cv::Mat& grey) {
+                        rows = std::max(rows, grey.rows);
+                        return std::vector<Face>{};
+                      }),
+                      options);
+      (void)all_known(stage, moving_spot(20));
+    }
+    // Searches are of parts of the picture, by and by of nearly all of its rows.
+    EXPECT_LE(rows, searched) << asked;
+    EXPECT_GT(rows, searched * 2 / 3) << asked;
+  }
 }
 
 TEST(FaceStage, LargeFramesAreSearchedAtFewerRows) {

@@ -67,7 +67,7 @@ TEST(QuietStretches, TheFirstAndTheLastAreKeptHoweverShortBesideManyLongOnes) {
   const auto hold = [&](const cv::Mat& picture, int frames) {
     for (int k = 0; k < frames; ++k, time_s += 1 / 30.0) quiet.add(picture, time_s);
   };
-  hold(textured_wall(kSize), 15);
+  hold(textured_wall(kSize), 20);
   for (int posture = 0; posture < 20; ++posture) hold(with_disc(20 + 5 * posture), 30);
   hold(in_light(textured_wall(kSize), 0.8), 15);
   const auto found = quiet.finish();
