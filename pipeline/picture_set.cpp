@@ -24,10 +24,11 @@ using vision::Face;
 
 constexpr double kSeconds = 0.1;  // Between pictures, for a learner that thinks of films.
 constexpr int kClosing = 2;
+constexpr int kFaint = 70;       // Of 255: what just differs.
 constexpr int kCertain = 128;    // Posterior of 255.
 constexpr double kSpeck = 0.02;  // Face widths squared.
 constexpr double kLeastOverlap = 0.45;
-constexpr double kLeastSeen = 0.5;     // Arms: a picture that shows less shows none.
+constexpr double kLeastSeen = 0.25;    // Arms: a picture that shows less shows none.
 constexpr std::size_t kSmallSet = 12;  // Of more pictures, each arm moves in some.
 constexpr double kOverlapSpread = 0.03;
 constexpr std::size_t kThorough = 6;  // Pictures of a scene.
@@ -80,10 +81,20 @@ Tones tones_of(const vision::ToneLearner& learner, const PictureSetOptions& opti
 
 vision::TrackedFace tracked(const Face& face) { return {middle_of(face.box), face.box.width, face.confidence, 0, 0}; }
 
-// What is seen of arms in one picture: the arms' tone where it differs from the wall.
-cv::Mat arms_seen(const cv::Mat& posterior, double face_width) {
-  return vision::without_specks(vision::annealed(posterior >= kCertain, kClosing),
-                                int(kSpeck * face_width * face_width), false);
+// What is seen of arms in one picture: the arms' tone, as sure as it differs from the wall.
+cv::Mat arms_seen(const cv::Mat& posterior, const cv::Mat& certainty, double face_width) {
+  cv::Mat seen = cv::Mat::zeros(posterior.size(), CV_8UC1);
+  if (certainty.empty()) {
+    seen.setTo(255, posterior >= kCertain);
+  } else {
+    certainty.copyTo(seen, posterior >= kCertain);
+    cv::max(seen, kFaint, seen);
+    seen.setTo(0, posterior < kCertain);
+  }
+  const int side = 2 * kClosing + 1;
+  cv::morphologyEx(seen, seen, cv::MORPH_CLOSE, cv::getStructuringElement(cv::MORPH_RECT, {side, side}));
+  seen.setTo(0, ~vision::without_specks(seen > 0, int(kSpeck * face_width * face_width), false));
+  return seen;
 }
 
 // Fills in what the picture shows, from how well each sign covers it.
@@ -224,7 +235,7 @@ std::optional<std::vector<PictureReading>> read_pictures(std::span<const cv::Mat
     for (std::size_t i = 0; i < views.size(); ++i) {
       if (!whose[i].face || !mapper || tones.arms.empty()) continue;
       const cv::Mat posterior = mapper->posterior(views[i].against.bgr, views[i].against.differs, tones.arms);
-      evidence[i] = arms_seen(posterior, whose[i].face->box.width);
+      evidence[i] = arms_seen(posterior, views[i].against.certainty, whose[i].face->box.width);
     }
     auto coverages = covered(false);
     if (shared && views.size() <= kSmallSet) {

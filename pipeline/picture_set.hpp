@@ -23,9 +23,9 @@
 namespace choreo::pipeline {
 
 struct PictureSetOptions {
-  int longest_side = 800;       ///< px; larger pictures are reduced to it, 64 to 4096.
-  double least_face = 0.03;     ///< Of the picture's longer side, (0, 0.5].
-  double least_threshold = 16;  ///< Grey levels by which the body differs from the wall at least, [1, 255].
+  int longest_side = 800;      ///< px; larger pictures are reduced to it, 64 to 4096.
+  double least_face = 0.03;    ///< Of the picture's longer side, (0, 0.5].
+  double least_threshold = 7;  ///< Grey levels by which the body differs from the wall at least, [1, 255].
   recognition::SemaphoreOptions semaphore;
   vision::ToneOptions tones;
   vision::ToneSet given;  ///< Tones that are known beforehand (gloves, flags); what is learned takes its name's place.

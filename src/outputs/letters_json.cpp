@@ -9,11 +9,11 @@
 namespace choreo::outputs {
 namespace {
 
-std::string quoted(std::string_view text) {
+std::string json_text(std::string_view text) {
   return nlohmann::json(std::string(text)).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-std::string quoted_or_null(std::string_view text) { return text.empty() ? "null" : quoted(text); }
+std::string quoted_or_null(std::string_view text) { return text.empty() ? "null" : json_text(text); }
 
 }  // namespace
 
@@ -24,11 +24,11 @@ std::string letters_json(std::span<const recognition::HeldSign> signs, std::stri
     if (s.sign == "REST") continue;
     fmt::format_to(std::back_inserter(json),
                    "{}    {{\"letter\": {}, \"from\": {:.3f}, \"to\": {:.3f}, \"confidence\": {:.3f}}}", before,
-                   quoted(s.sign), s.from, s.to, s.confidence);
+                   json_text(s.sign), s.from, s.to, s.confidence);
     before = ",\n";
   }
   if (*before == ',') json += "\n  ";
-  return json + "],\n  \"text\": " + quoted(text) + "\n}\n";
+  return json + "],\n  \"text\": " + json_text(text) + "\n}\n";
 }
 
 std::string pictures_json(std::span<const PictureReading> pictures) {
@@ -37,7 +37,7 @@ std::string pictures_json(std::span<const PictureReading> pictures) {
   for (const auto& p : pictures) {
     fmt::format_to(std::back_inserter(json),
                    "{}    {{\"file\": {}, \"letter\": {}, \"confidence\": {:.3f}, \"runner_up\": {}}}", before,
-                   quoted(p.file), quoted_or_null(p.reading.sign.value_or("")), p.reading.confidence,
+                   json_text(p.file), quoted_or_null(p.reading.sign.value_or("")), p.reading.confidence,
                    quoted_or_null(p.reading.runner_up));
     before = ",\n";
   }

@@ -55,27 +55,35 @@ cv::Point2d direction_of(double turns) {
 
 int half_width(double size) { return std::max(1, cvRound(0.5 * kWide * size * kScale)); }
 
-Ray ray_of(const cv::Mat& seen, cv::Point2d shoulder, double turns, double size) {
-  Ray ray;
+// Calls `visit(r, x, y)` for the places of an arm from `from` to `to` pixels off the shoulder.
+template <typename Visit>
+void along_arm(cv::Point2d shoulder, double turns, double size, int from, int to, Visit visit) {
   const auto along = direction_of(turns);
   const cv::Point2d across(-along.y, along.x);
   const int half = half_width(size);
-  for (int r = 0; r < kRadii; ++r) {
-    float sum = 0;
-    float area = 0;
+  for (int r = from; r < to; ++r) {
     for (int w = -half; w <= half; ++w) {
       const cv::Point2d at = shoulder + along * (r + 0.5) + across * w;
-      const int x = cvRound(at.x);
-      const int y = cvRound(at.y);
-      // Beyond the picture's edge nothing can be seen, and nothing is missed.
-      if (x < 0 || y < 0 || x >= seen.cols || y >= seen.rows) continue;
-      const float value = seen.at<float>(y, x);
-      if (value < 0) continue;
-      sum += value;
-      area += 1;
+      visit(r, cvRound(at.x), cvRound(at.y));
     }
-    ray.sum[std::size_t(r) + 1] = ray.sum[std::size_t(r)] + sum;
-    ray.area[std::size_t(r) + 1] = ray.area[std::size_t(r)] + area;
+  }
+}
+
+// Whether a place tells anything: not beyond the picture's edge, nor before the face.
+bool tells(const cv::Mat& seen, int x, int y) {
+  return x >= 0 && y >= 0 && x < seen.cols && y < seen.rows && seen.at<float>(y, x) >= 0;
+}
+
+Ray ray_of(const cv::Mat& seen, cv::Point2d shoulder, double turns, double size) {
+  Ray ray;
+  along_arm(shoulder, turns, size, 0, kRadii, [&](int r, int x, int y) {
+    if (!tells(seen, x, y)) return;
+    ray.sum[std::size_t(r) + 1] += seen.at<float>(y, x);
+    ray.area[std::size_t(r) + 1] += 1;
+  });
+  for (std::size_t r = 0; r < kRadii; ++r) {
+    ray.sum[r + 1] += ray.sum[r];
+    ray.area[r + 1] += ray.area[r];
   }
   return ray;
 }
@@ -133,6 +141,8 @@ SignCoverage SignCover::cover(const cv::Mat& evidence, cv::Point2d face_centre, 
   SignCoverage out;
   out.seen = all / (v::kForearm / kFace * kWide * kScale * kScale);
   if (squares <= 0) return out;
+  cv::Mat stamps = cv::Mat::zeros(seen.size(), CV_32S);  // Which bar was laid there last.
+  int stamp = 0;
   std::array<double, kSemaphoreSigns> best{};
   best.fill(-1);
   const auto signs = body::semaphore_signs();
@@ -182,6 +192,27 @@ SignCoverage SignCover::cover(const cv::Mat& evidence, cv::Point2d face_centre, 
             }
           }
         }
+        struct Common {
+          float sum = 0, area = 0;
+        };
+        const auto common = [&](const Bar& a, const Bar& b) {
+          Common both;
+          if (a.area <= 0 || b.area <= 0) return both;
+          ++stamp;
+          const auto lay = [&](const Bar& bar, std::size_t s, auto visit) {
+            along_arm(shoulder[s], double(bar.turn) / kTurns, body, radius_of(kBareFrom[bar.from], body),
+                      radius_of(kTips[bar.tip], body), [&](int, int x, int y) {
+                        if (tells(seen, x, y)) visit(x, y);
+                      });
+          };
+          lay(a, 0, [&](int x, int y) { stamps.at<int>(y, x) = stamp; });
+          lay(b, 1, [&](int x, int y) {
+            if (stamps.at<int>(y, x) != stamp) return;
+            both.sum += seen.at<float>(y, x);
+            both.area += 1;
+          });
+          return both;
+        };
         if (one_hangs) {
           for (auto& shoulders : bars) shoulders[0] = {Bar{}};
         }
@@ -192,8 +223,13 @@ SignCoverage SignCover::cover(const cv::Mat& evidence, cv::Point2d face_centre, 
             const auto& rights = bars[1][std::size_t(swapped ? signs[k].left : signs[k].right)];
             for (const auto& a : lefts) {
               for (const auto& b : rights) {
-                const double overlap = (a.sum + b.sum) / std::sqrt(squares * std::max(1.0F, a.area + b.area)) *
-                                       std::exp(log_place + a.log_penalty + b.log_penalty);
+                const double factor = std::exp(log_place + a.log_penalty + b.log_penalty) / std::sqrt(squares);
+                const float area = std::max(1.0F, a.area + b.area);
+                if ((a.sum + b.sum) * factor / std::sqrt(area) <= best[k]) continue;
+                // What both bars cover counts once.
+                const auto twice = common(a, b);
+                const double overlap =
+                    (a.sum + b.sum - twice.sum) * factor / std::sqrt(std::max(1.0F, area - twice.area));
                 if (overlap <= best[k]) continue;
                 best[k] = overlap;
                 const std::array<const Bar*, 2> chosen = {&a, &b};

@@ -25,6 +25,8 @@ constexpr double kMostMargin = 0.08;  // Of the picture's side, that the canvas 
 constexpr double kNoiseFactor = 4;    // Threshold over noise.
 constexpr double kUnrestFactor = 3;   // Threshold over what the pictures commonly differ at a pixel,
 constexpr double kMostUnrest = 2.5;   // at most so many times the threshold elsewhere.
+constexpr double kBlur = 1.1;         // px: an arm is wider, noise is not.
+constexpr double kSureFactor = 2.5;   // Difference that is certain, over the threshold.
 constexpr int kSpread = 48;           // Grey levels: pictures of a set are taken minutes apart.
 constexpr double kOverWall = 14;      // D above which a pixel is left out when exposures are brought together.
 
@@ -108,6 +110,12 @@ cv::Mat covered_median(const std::vector<cv::Mat>& pictures, const std::vector<c
       }
     }
   });
+  return out;
+}
+
+cv::Mat smoothed(const cv::Mat& picture) {
+  cv::Mat out;
+  cv::GaussianBlur(picture, out, {}, kBlur, kBlur, cv::BORDER_REPLICATE);
   return out;
 }
 
@@ -242,8 +250,9 @@ SharedWall::SharedWall(std::span<const cv::Mat> pictures, const SharedScene& sce
   const auto take_plate = [&](const std::vector<cv::Mat>& pictures_lit) {
     plate_ = covered_median(pictures_lit, covered);
     const cv::Mat around = cv::getStructuringElement(cv::MORPH_RECT, {3, 3});
-    cv::erode(plate_, darkest_, around);
-    cv::dilate(plate_, brightest_, around);
+    smooth_ = smoothed(plate_);
+    cv::erode(smooth_, darkest_, around);
+    cv::dilate(smooth_, brightest_, around);
   };
   take_plate(lit(middle, middle_covered, false));
   cv::Mat any = covered.front().clone();
@@ -255,7 +264,7 @@ SharedWall::SharedWall(std::span<const cv::Mat> pictures, const SharedScene& sce
   tbb::parallel_for(std::size_t(0), count, [&](std::size_t k) {
     differences[k] = difference_from(all[k]);
     differences[k].setTo(0, ~covered[k]);
-    medians[k] = interpolated_median(difference_luminance(all[k], plate_));
+    medians[k] = interpolated_median(difference_luminance(smoothed(all[k]), smooth_));
   });
   // The plate has hardly any noise of its own; D of one picture is the mean of |normal|, of which 0.6745 is the median.
   noise_ = median_of(medians) / 0.6745;
@@ -273,8 +282,9 @@ SharedWall::SharedWall(std::span<const cv::Mat> pictures, const SharedScene& sce
 
 cv::Mat SharedWall::difference_from(const cv::Mat& picture) const {
   cv::Mat below, above;
-  cv::subtract(darkest_, picture, below);  // Saturated: 0 where the picture is inside the range.
-  cv::subtract(picture, brightest_, above);
+  const cv::Mat smooth = smoothed(picture);
+  cv::subtract(darkest_, smooth, below);  // Saturated: 0 where the picture is inside the range.
+  cv::subtract(smooth, brightest_, above);
   below += above;
   cv::Mat out;
   cv::cvtColor(below, out, cv::COLOR_BGR2GRAY);
@@ -300,6 +310,10 @@ AgainstWall SharedWall::compare(const cv::Mat& picture, const cv::Matx23d& pictu
   cv::Mat difference;
   out.difference.convertTo(difference, CV_32F);
   out.differs = difference > threshold;
+  // From 0 at the threshold to 255.
+  cv::Mat sure;
+  cv::divide(difference - threshold, threshold * (kSureFactor - 1), sure, 255);
+  sure.convertTo(out.certainty, CV_8U);
   return out;
 }
 

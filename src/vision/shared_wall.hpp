@@ -32,6 +32,7 @@ struct AgainstWall {
   cv::Mat covered;     ///< CV_8UC1, 255 where the picture has pixels.
   cv::Mat difference;  ///< CV_8UC1, D against the nearest of what the wall shows within a pixel.
   cv::Mat differs;     ///< CV_8UC1, 255 where that is more than noise.
+  cv::Mat certainty;   ///< CV_8UC1, how far beyond noise: 0 to 255, what no shadow does.
 };
 
 /// The commonest view of a scene, and what is to be expected of pictures of it.
@@ -55,12 +56,12 @@ class SharedWall {
   /// @param member  a place in `scene.members`.
   /// @param least_threshold  grey levels of D that always count as noise.
   [[nodiscard]] AgainstWall compare(const cv::Mat& picture, const cv::Matx23d& picture_from_canvas,
-                                    double least_threshold = 16) const;
+                                    double least_threshold = 7) const;
 
  private:
   [[nodiscard]] cv::Mat difference_from(const cv::Mat& picture) const;
 
-  cv::Mat plate_;
+  cv::Mat plate_, smooth_;
   cv::Mat darkest_, brightest_;  // CV_8UC3, of the 3 x 3 neighbourhood.
   cv::Mat unrest_;               // CV_8UC1, median of D over the pictures.
   double noise_ = 0;
