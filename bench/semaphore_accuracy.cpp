@@ -130,7 +130,7 @@ synthetic::PerformerSettings settings_of(std::size_t i) {
   s.sleeves = i % 3 == 2 ? "none" : "half";
   s.skin = kSkins[i % kSkins.size()];
   s.build = kBuilds[(i / kSkins.size()) % kBuilds.size()];
-  s.distance = kDistances[(i + i / kSkins.size()) % kDistances.size()];
+  s.distance = kDistances[(i % kSkins.size() + i / kSkins.size()) % kDistances.size()];
   s.letters_per_minute = kRate;
   return s;
 }

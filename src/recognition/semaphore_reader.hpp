@@ -30,9 +30,10 @@ struct SemaphoreStep {
 
 /// Reads signs that are held: a sign begins when for `hold_s` the arms are still and one sign leads; it ends when for
 /// 0.12 seconds they have been elsewhere, or were not seen for `bridge_s`. Time in which there is no state (one arm
-/// hidden, no arm, no face) shows no sign; a state whose arms are joined is compared with the figure whose arms are, so
-/// folded hands are REST and arms that meet may be a letter. One held sign is one sign however long; the same again
-/// needs another posture or a pause in between. A dancer who holds a sign's posture for `hold_s` does show that sign.
+/// hidden, no arm, no face) shows no sign. A state whose arms are joined is compared with the figure whose arms are:
+/// folded hands are REST, and arms that meet while both point to one side are a letter (H, I, O, W, X, Z). One held
+/// sign is one sign however long; the same again needs another posture or a pause in between. A dancer who holds a
+/// sign's posture for `hold_s` does show that sign.
 ///
 /// Depends on times and states alone. Frame rates from 10 to 240 a second.
 /// @thread thread-bound

@@ -46,16 +46,16 @@ std::vector<Band> beside_face(const std::vector<Band>& bands, const Vector2d& fa
   std::vector<Band> left;
   for (const auto& b : bands) {
     const auto at = [&](double share) -> Vector2d { return b.from + share * (b.to - b.from); };
-    int begin = kSlices;  // Of a run of slices that are seen; kSlices: of none.
+    int begin = -1;  // of a stretch that is seen
     for (int k = 0; k <= kSlices; ++k) {
       bool seen = false;
       if (k < kSlices) {
         const Vector2d p = (at((k + 0.5) / kSlices) - face) / face_width;
         seen = !vision::in_face_region(p.x(), -p.y());
       }
-      if (seen && begin == kSlices) begin = k;
-      if (!seen && begin < kSlices) left.push_back({at(double(begin) / kSlices), at(double(k) / kSlices), b.width});
-      if (!seen) begin = kSlices;
+      if (seen && begin < 0) begin = k;
+      if (!seen && begin >= 0) left.push_back({at(double(begin) / kSlices), at(double(k) / kSlices), b.width});
+      if (!seen) begin = -1;
     }
   }
   return left;
@@ -117,6 +117,12 @@ double body_size(const body::ParticleBounds& bounds, const std::optional<double>
   if (!flag) return arms;
   using namespace body::vitruvian;
   return std::max(1.0, bounds.alpha_max * kFaceWidth / (kShoulderHalf + kUpperArm + kForearm + *flag));
+}
+
+// Both arms hang, or both point to one side.
+bool meeting(const body::SemaphoreSign& sign) {
+  if (sign.left == 0 || sign.right == 0) return sign.left == sign.right;
+  return (sign.left < 4 && sign.right < 4) || (sign.left > 4 && sign.right > 4);
 }
 
 body::SemaphoreSign swapped(const body::SemaphoreSign& sign) { return {sign.name, sign.right, sign.left}; }
@@ -209,6 +215,8 @@ SemaphoreTemplates::SemaphoreTemplates(const SemaphoreOptions& options, const bo
   const auto signs = body::semaphore_signs();
   assert(signs.size() == kSemaphoreSigns);
   const auto add = [&](std::size_t sign, const body::ParticleState& state) {
+    // Joined arms say little: only where they are expected to meet is that a sign, else it is arms joined by a shirt.
+    if (state.joined() && !meeting(signs[sign])) return;
     const auto shown = options_.mirrored ? mirrored(state) : state;
     templates_.push_back({unit_psi(shown), shown, sign});
   };
