@@ -71,7 +71,7 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   const auto& settings = config.options();
   const bool save_masks = options.saves("masks");
   const bool save_particles = options.saves("particles");
-  Preparation prepared(options.source, settings, session, clock);
+  Preparation prepared(options.source, settings, session, clock, false, options.signals.reads());
   auto& summary = prepared.summary;
   const auto& stop = prepared.stop;
   if (options.out.empty()) throw usage_error("is empty", "--out", "name the folder to write to");

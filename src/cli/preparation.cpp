@@ -47,7 +47,7 @@ int threads_of(const SourceOptions& options) { return options.threads > 0 ? opti
 }  // namespace
 
 Preparation::Preparation(const SourceOptions& options, const config::Options& settings, Session& session,
-                         const Clock& clock, bool keep_raw)
+                         const Clock& clock, bool keep_raw, bool sets)
     : news(session.console),
       selection(options.selection()),
       kernel(similarity::choose_and_count(environment("CHOREO_FORCE_ISA"))),
@@ -57,6 +57,7 @@ Preparation::Preparation(const SourceOptions& options, const config::Options& se
       session_(session),
       clock_(clock),
       keep_raw_(keep_raw),
+      sets_(sets),
       registry_(all_drivers(clock)),
       cores_(tbb::global_control::max_allowed_parallelism, std::size_t(threads_of(options))),
       spec_(pipeline::parse_background(settings.background)),
@@ -78,6 +79,7 @@ std::unique_ptr<devices::Source> Preparation::open() {
   opening.threads = options_.threads;
   opening.stop = stop;
   opening.keep_raw = keep_raw_;
+  opening.sets = sets_;
   opening.every_frame = keep_raw_;  // What is recorded lacks nothing; the pipeline drops what it cannot keep up with.
   opening.on_event = [this](const devices::DeviceEvent& event) {
     news.hear(devices::without_password(options_.source), event);

@@ -60,6 +60,10 @@ void SignalTally::add(const pipeline::Observation& o) {
 
 std::vector<std::string> SignalTally::warnings(const config::Options& settings) const {
   std::vector<std::string> lines;
+  if (!colour_) {
+    lines.emplace_back(
+        "the pictures have no colour, and tones need it: nothing is known of arms, and the silhouette goes on");
+  }
   if (bodies_ == 0) return lines;  // That is said already.
   const auto faceless = cases_[std::size_t(vision::ArmCase::kNoFace)];
   if (several_faces_ > 0) {
