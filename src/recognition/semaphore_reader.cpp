@@ -127,9 +127,10 @@ void SemaphoreReader::follow(double time_s, const SignMatch& match, SemaphoreSte
     return;
   }
   if (!candidate_ || candidate_->sign != sign) {
-    candidate_.emplace();
-    candidate_->sign = sign;
-    candidate_->from = time_s;
+    Hold fresh;
+    fresh.sign = sign;
+    fresh.from = time_s;
+    candidate_ = fresh;
   }
   note(*candidate_, time_s, step.now);
   if (time_s - candidate_->from < options.hold_s - kSlack) return;
