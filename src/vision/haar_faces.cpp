@@ -169,7 +169,8 @@ std::vector<Face> HaarFaceDetector::run(cv::CascadeClassifier& cascade, const cv
   std::sort(windows.begin(), windows.end(), [](const cv::Rect& a, const cv::Rect& b) {
     return std::tie(a.width, a.y, a.x) < std::tie(b.width, b.y, b.x);
   });
-  constexpr double kAlike = 0.2;  // As in OpenCV.
+  constexpr double kAlike = 0.2;   // As in OpenCV.
+  if (windows.empty()) return {};  // cv::partition looks at the first.
   std::vector<int> group_of;
   const int groups = cv::partition(windows, group_of, cv::SimilarRects(kAlike));
   std::vector<cv::Rect2d> sums(static_cast<std::size_t>(groups));
