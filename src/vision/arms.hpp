@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <string_view>
 
 #include "vision/blob.hpp"
 
@@ -15,6 +16,23 @@ enum class ArmCase {
   kJoined,  ///< One region holds both: hands joined, or arms that cross.
   kTwoArms,
 };
+
+/// "no_face", "no_arm", "one_arm", "joined", "two_arms".
+[[nodiscard]] constexpr std::string_view name_of(ArmCase found) {
+  switch (found) {
+    case ArmCase::kNoFace:
+      return "no_face";
+    case ArmCase::kNoArm:
+      return "no_arm";
+    case ArmCase::kOneArm:
+      return "one_arm";
+    case ArmCase::kJoined:
+      return "joined";
+    case ArmCase::kTwoArms:
+      return "two_arms";
+  }
+  return "";
+}
 
 struct Arms {
   ArmCase found = ArmCase::kNoFace;

@@ -10,7 +10,9 @@
 #include <opencv2/core.hpp>
 
 #include "body/mask_state.hpp"
+#include "body/particle_state.hpp"
 #include "support/drawn_masks.hpp"
+#include "support/particles.hpp"
 
 namespace choreo::body {
 namespace {
@@ -45,6 +47,30 @@ struct Examples<MaskState> {
   }
 };
 
+template <>
+struct Examples<ParticleState> {
+  static std::vector<ParticleState> any() {
+    std::mt19937 random(13);
+    const ParticleBounds bounds;
+    std::vector<ParticleState> states;
+    ParticleParts parts;
+    states.emplace_back(parts, bounds);  // All in one point: the face.
+    parts.alpha = {0, 1};
+    states.emplace_back(parts, bounds);
+    parts.c = {Eigen::Vector2d(0.1, 0.1), Eigen::Vector2d(0.1, 0.1)};
+    parts.alpha = {0, 0};
+    states.emplace_back(parts, bounds);  // Joined.
+    for (int k = 0; k < 30; ++k) states.push_back(test::random_particles(random));
+    return states;
+  }
+  static std::vector<ParticleState> symmetric() {
+    std::mt19937 random(14);
+    std::vector<ParticleState> states;
+    for (int k = 0; k < 30; ++k) states.push_back(test::symmetric_particles(random));
+    return states;
+  }
+};
+
 template <typename State>
 class BodyStateContract : public ::testing::Test {
  protected:
@@ -52,7 +78,7 @@ class BodyStateContract : public ::testing::Test {
   std::vector<State> states = Examples<State>::any();
 };
 
-using Representations = ::testing::Types<MaskState>;
+using Representations = ::testing::Types<MaskState, ParticleState>;
 TYPED_TEST_SUITE(BodyStateContract, Representations);
 
 TYPED_TEST(BodyStateContract, AStateIsExactlyLikeItself) {
