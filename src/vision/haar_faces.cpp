@@ -154,18 +154,24 @@ HaarFaceDetector::HaarFaceDetector(cv::CascadeClassifier frontal, cv::CascadeCla
 
 std::vector<Face> HaarFaceDetector::run(cv::CascadeClassifier& cascade, const cv::Mat& grey, double least_px,
                                         double most_px, const FaceShape& shape) const {
-  const auto window = [&](double face, double limit) {
-    return std::max(1, static_cast<int>(std::min(std::round(face / shape.width), limit)));
-  };
-  const double limit = std::min(grey.cols, grey.rows);
   // A face is hit by windows somewhat smaller and larger than itself, and they count.
   constexpr double kSpread = 1.2;
+  // There are no windows smaller than the cascade's own: small faces are enlarged until some are.
+  constexpr double kMostEnlarged = 2;
+  const double own = 1.5 * cascade.getOriginalWindowSize().width;
+  const double scale = std::clamp(own * shape.width * kSpread / least_px, 1.0, kMostEnlarged);
+  cv::Mat searched = grey;
+  if (scale > 1) cv::resize(grey, searched, {}, scale, scale, cv::INTER_LINEAR);
+  const auto window = [&](double face, double limit) {
+    return std::max(1, static_cast<int>(std::min(std::round(scale * face / shape.width), limit)));
+  };
+  const double limit = std::min(searched.cols, searched.rows);
   const int least = window(least_px / kSpread, limit + 1);
   const int most = window(most_px * kSpread, limit);
   if (least > most) return {};
   std::vector<cv::Rect> windows;
   // Ungrouped: OpenCV's threads deliver them in any order, and its own grouping depends on that.
-  cascade.detectMultiScale(grey, windows, options_.scale_step, 0, 0, {least, least}, {most, most});
+  cascade.detectMultiScale(searched, windows, options_.scale_step, 0, 0, {least, least}, {most, most});
   std::sort(windows.begin(), windows.end(), [](const cv::Rect& a, const cv::Rect& b) {
     return std::tie(a.width, a.y, a.x) < std::tie(b.width, b.y, b.x);
   });
@@ -186,7 +192,8 @@ std::vector<Face> HaarFaceDetector::run(cv::CascadeClassifier& cascade, const cv
   for (std::size_t g = 0; g < sums.size(); ++g) {
     const double n = counts[g];
     if (counts[g] < options_.neighbours) continue;
-    const cv::Rect2d mean(sums[g].x / n, sums[g].y / n, sums[g].width / n, sums[g].height / n);
+    const double all = n * scale;
+    const cv::Rect2d mean(sums[g].x / all, sums[g].y / all, sums[g].width / all, sums[g].height / all);
     const auto face = shape.face(mean);
     if (face.width >= least_px && face.width <= most_px) faces.push_back({face, n / (n + kHalfSure)});
   }
