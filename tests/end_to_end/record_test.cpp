@@ -236,7 +236,7 @@ TEST_F(Record, ARunFromASourceThatGivesItsFramesOnceIsReplayedByteForByte) {
 
 TEST_F(Record, ALiveRunWithDepthIsReplayedByteForByte) {
   // More frames a second than can be looked at, on quick machines too.
-  record("synthetic://jumping-jacks?size=320x240&fps=240&duration=1.5&empty=2.1&depth=1", {"--codec", "ffvhuff"});
+  record("synthetic://jumping-jacks?size=320x240&fps=240&duration=0.6&empty=0.6&depth=1", {"--codec", "ffvhuff"});
   std::filesystem::rename(take(), folder_ / "camera.mkv");
   for (const auto* segmentation : {"depth", "both"}) {
     SCOPED_TRACE(segmentation);
