@@ -114,7 +114,7 @@ TEST_F(Commands, APresetIsCalledByItsNameUnlessAFileHasIt) {
   EXPECT_THAT(choreoscope({"config", "show", "--config", "stage"}, there).out, HasSubstr("steps = 7  # stage:2"));
   const auto neither = choreoscope({"config", "show", "--config", "stagger"});
   EXPECT_THAT(complaint_of(neither, 2), HasSubstr("stagger"));
-  EXPECT_THAT(hint_of(neither), HasSubstr("presets: archive, default, kinect, rehearsal-room, stage, webcam"));
+  EXPECT_THAT(hint_of(neither), HasSubstr("presets: archive, default, flags, kinect, rehearsal-room, stage, webcam"));
 }
 
 TEST_F(Commands, VersionIsOneLineOnStandardOutput) {
