@@ -24,8 +24,8 @@ double percent(std::uint64_t part, std::uint64_t whole) { return 100.0 * double(
 void SignalOptions::declare(CLI::App& command) {
   command
       .add_option("--state", state,
-                  "what stands for the body: mask, its silhouette, or particles, its face and bare arms (default mask; "
-                  "particles with --recognise)")
+                  "what stands for the body: mask, its silhouette, or particles, its face and bare arms\n"
+                  "(default mask; particles with --recognise)")
       ->type_name("STATE")
       ->check(CLI::IsMember({"mask", "particles"}));
   command.add_option("--recognise", recognise, "read the signs of: semaphore")

@@ -21,7 +21,7 @@ void SourceOptions::declare(CLI::App& command) {
       ->required();
   command
       .add_option("--config", config_files,
-                  "settings from a TOML file, or a preset; may be repeated: " + join(preset_names()))
+                  "settings from a TOML file, or a preset; may be repeated\n(presets: " + join(preset_names()) + ")")
       ->type_name("FILE")
       ->allow_extra_args(false);
   command.add_option("--set", assignments, "one setting; may be repeated (choreoscope config show lists them)")

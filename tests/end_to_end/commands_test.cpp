@@ -125,8 +125,8 @@ TEST_F(Commands, VersionIsOneLineOnStandardOutput) {
 }
 
 TEST_F(Commands, HelpOfEveryCommandReadsLikeAManualPage) {
-  const std::vector<std::vector<std::string>> commands{{},         {"analyze"},        {"synth"},
-                                                       {"config"}, {"config", "show"}, {"config", "check"}};
+  const std::vector<std::vector<std::string>> commands{
+      {}, {"analyze"}, {"synth"}, {"config"}, {"config", "show"}, {"config", "check"}, {"calibrate"}};
   for (auto words : commands) {
     std::string name = "choreoscope";
     for (const auto& word : words) name += " " + word;

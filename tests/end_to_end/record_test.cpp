@@ -254,7 +254,7 @@ TEST_F(Record, ALiveRunWithDepthIsReplayedByteForByte) {
 
 // A search for faces that is due at the next frame, 8 ms later, is not always done by then.
 TEST_F(Record, ALiveRunThatMissesFacesIsReplayedByteForByte) {
-  record("synthetic://semaphore?text=R&size=320x240&fps=120&duration=3&empty=2.1&skin=light", {"--codec", "ffvhuff"});
+  record("synthetic://semaphore?text=R&size=320x240&fps=120&duration=1.5&empty=2.1&skin=light", {"--codec", "ffvhuff"});
   std::filesystem::rename(take(), folder_ / "camera.mkv");
   const std::vector<std::string> settings = {"--recognise", "semaphore", "--set", "face.delay_frames=1"};
   std::vector<std::string> arguments{
