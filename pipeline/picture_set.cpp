@@ -152,7 +152,7 @@ void PictureSetOptions::validate() const {
     throw usage_error(fmt::format("least_threshold is {}", least_threshold), {}, "1 to 255 grey levels");
   }
   semaphore.validate();
-  tones.validate();
+  tones.validate(given.names());
 }
 
 std::optional<std::vector<PictureReading>> read_pictures(std::span<const cv::Mat> pictures,

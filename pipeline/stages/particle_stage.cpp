@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/stages/particle_stage.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include <fmt/format.h>
 #include <opencv2/core.hpp>
-
-#include "core/error.hpp"
-#include "core/text.hpp"
 
 namespace choreo::pipeline {
 namespace {
@@ -39,17 +34,8 @@ std::vector<std::size_t> places(const vision::ToneSet& tones, const std::vector<
 
 ParticleStage::ParticleStage(ParticleStageOptions options)
     : options_(std::move(options)), mapper_(starting_tones(options_)), finder_(arm_options(options_)) {
-  options_.tones.validate();
+  options_.tones.validate(options_.given.names());
   if (options_.tones.learn_skin) learner_.emplace(options_.tones);
-  std::vector<std::string> known;
-  if (learner_) known.emplace_back("skin");
-  for (const auto& tone : options_.given.tones) known.push_back(tone.name);
-  for (const auto& name : options_.tones.arms) {
-    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-    throw usage_error(
-        fmt::format("names \"{}\", which is no tone", name), "tones.arms",
-        known.empty() ? "there is no tone: give a tones.file, or learn the skin" : "known: " + join(known));
-  }
   arm_tones_ = places(mapper_.tones(), options_.tones.arms);
 }
 

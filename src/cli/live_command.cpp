@@ -10,6 +10,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
 
 #include "cli/commands.hpp"
 #include "cli/live_history.hpp"
@@ -187,6 +188,7 @@ std::unique_ptr<outputs::LiveWindow> open_window(const LiveOptions& options, con
   outputs::LiveWindowOptions window;
   window.title = summary.source.name + " - choreoscope";
   window.full_screen = options.full_screen;
+  if (options.signals.reads()) window.leading = outputs::Leading::kVideo;  // Its letter is read from across a room.
   window.video = summary.source.size;
   window.history_s = to_seconds(history);
   window.on_close = [&closed] { closed.request_stop(); };
@@ -309,7 +311,12 @@ int live(const LiveOptions& options, Session& session) {
     if (!window) return;
     constexpr int kShownRows = 480;  // More pixels than the video's corner of the page has.
     auto picture = pipeline::at_working_size(o.frame->bgr, pipeline::working_size(o.frame->bgr.size(), kShownRows));
-    if (arms) picture = outputs::drawn_over(picture, overlay_of(o, picture.size()));
+    if (arms) {
+      // Type that is drawn into few pixels is ragged in a large window.
+      const auto size = picture.size() * kShownRows / picture.rows;
+      if (picture.rows < kShownRows) cv::resize(picture, picture, size, 0, 0, cv::INTER_LINEAR);
+      picture = outputs::drawn_over(picture, overlay_of(o, picture.size()));
+    }
     window->show(picture, o.mask.mask, to_seconds(o.time), o.z_row, o.zstar_row);
     if (auto lines = figures.next(o, clock.now())) window->tell(std::move(*lines));
   };

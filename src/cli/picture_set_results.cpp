@@ -14,6 +14,7 @@
 #include "core/text.hpp"
 #include "outputs/letters_json.hpp"
 #include "outputs/output_set.hpp"
+#include "vision/colourless.hpp"
 
 namespace choreo::cli {
 namespace {
@@ -94,7 +95,8 @@ std::string of_pictures(std::size_t count, std::size_t all) {
   return fmt::format("{} of {} picture{}", count, all, all == 1 ? "" : "s");
 }
 
-void warn_of(const std::vector<std::string>& names, const std::vector<PictureReading>& readings, Console& console) {
+void warn_of(const std::vector<std::string>& names, const std::vector<cv::Mat>& pictures,
+             const std::vector<PictureReading>& readings, Console& console) {
   const auto first = [&](auto holds) {
     std::pair<std::size_t, std::string> out{0, {}};
     for (std::size_t i = 0; i < names.size(); ++i) {
@@ -106,6 +108,13 @@ void warn_of(const std::vector<std::string>& names, const std::vector<PictureRea
   if (faceless > 0) {
     console.warn(fmt::format("no face was found in {}, the first \"{}\": without one nothing tells where arms are",
                              of_pictures(faceless, names.size()), one_line(faceless_name)));
+  }
+  const auto grey = std::find_if(pictures.begin(), pictures.end(), vision::colourless);
+  if (grey != pictures.end()) {
+    const auto count = std::count_if(pictures.begin(), pictures.end(), vision::colourless);
+    console.warn(fmt::format(
+        "no colour in {}, the first \"{}\": tones need it, and only what differs from the wall tells of arms",
+        of_pictures(std::size_t(count), names.size()), one_line(names[std::size_t(grey - pictures.begin())])));
   }
   const auto [alone, alone_name] = first([](const auto& r) { return !r.shared; });
   if (alone > 0 && names.size() > 1) {
@@ -142,7 +151,7 @@ int analyze_pictures(devices::Source& source, vision::FaceDetector& faces, const
   outputs::write_file(files.add(kSheet), {reinterpret_cast<const char*>(png.data()), png.size()});
   files.commit();
   for (const auto& warning : source.warnings()) console.warn(warning);
-  warn_of(names, *readings, console);
+  warn_of(names, pictures, *readings, console);
   std::string letters;
   std::size_t read = 0;
   for (const auto& reading : *readings) {
@@ -152,7 +161,8 @@ int analyze_pictures(devices::Source& source, vision::FaceDetector& faces, const
   }
   fmt::print("{} show a sign: {}\n", of_pictures(read, names.size()), letters);
   fmt::print("wrote {} and {}\n", (out / kLetters).string(), (out / kSheet).string());
-  return kDone;
+  // Also where all pictures were read before: whoever stops a batch wants the batch to stop.
+  return stop.stop_requested() ? kInterrupted : kDone;
 }
 
 }  // namespace choreo::cli

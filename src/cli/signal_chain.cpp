@@ -15,6 +15,7 @@ namespace {
 
 // Of the body: a face and two arms are a fifth, somebody in a swimsuit three quarters.
 constexpr double kMostlyTone = 0.6;
+constexpr double kSomeTone = 0.002;  // A hand is more than that; less is noise.
 
 double percent(std::uint64_t part, std::uint64_t whole) { return 100.0 * double(part) / double(whole); }
 
@@ -23,8 +24,8 @@ double percent(std::uint64_t part, std::uint64_t whole) { return 100.0 * double(
 void SignalOptions::declare(CLI::App& command) {
   command
       .add_option("--state", state,
-                  "what stands for the body: mask, its silhouette (default);\n"
-                  "or particles, its face and bare arms (default with --recognise)")
+                  "what stands for the body: mask, its silhouette, or particles, its face and bare arms\n"
+                  "(default mask; particles with --recognise)")
       ->type_name("STATE")
       ->check(CLI::IsMember({"mask", "particles"}));
   command.add_option("--recognise", recognise, "read the signs of: semaphore")
@@ -54,7 +55,7 @@ void SignalTally::add(const pipeline::Observation& o) {
   several_faces_ += o.faces > 1 ? 1 : 0;
   if (!o.mask.body) return;
   ++bodies_;
-  some_tone_ += o.tone_share > 0 ? 1 : 0;
+  some_tone_ += o.tone_share > kSomeTone ? 1 : 0;
   all_tone_ += o.tone_share > kMostlyTone ? 1 : 0;
 }
 

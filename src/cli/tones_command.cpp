@@ -286,10 +286,8 @@ int test(const TestOptions& options) {
   const vision::ToneMapper mapper(config::load_tones(options.file));
   const auto tone = mapper.tones().find(options.name);
   if (tone == mapper.tones().tones.size()) {
-    std::vector<std::string> names;
-    for (const auto& each : mapper.tones().tones) names.push_back(each.name);
     throw usage_error(fmt::format("holds no tone \"{}\"", shortened(options.name)), options.file,
-                      hint_for_name(options.name, names));
+                      hint_for_name(options.name, mapper.tones().names()));
   }
   const auto labelled = labelled_of(options.table);
   const auto found = [&](const std::vector<cv::Vec3b>& pixels) {

@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <utility>
 
 #include <fmt/format.h>
@@ -297,6 +298,64 @@ void HistogramTone::densities(double v, std::span<const float> x, std::span<cons
   }
 }
 
+namespace {
+
+struct Clusters {
+  std::vector<std::size_t> of;  // By point.
+  double spread = 0;            // Sum of the squared distances from the centres.
+};
+
+// Twenty rounds of k-means. Each start is the point that is farther from those before it, the first from the mean, than
+// that share of the points: no lots, the same every time.
+Clusters clustered(const std::vector<cv::Vec3d>& at, std::size_t count, double share) {
+  cv::Vec3d mean;
+  for (const auto& p : at) mean += p * (1.0 / double(at.size()));
+  std::vector<cv::Vec3d> centres;
+  std::vector<double> nearest(at.size());
+  for (std::size_t i = 0; i < at.size(); ++i) nearest[i] = cv::norm(at[i] - mean);
+  std::vector<std::size_t> order(at.size());
+  const auto rank = static_cast<std::ptrdiff_t>(share * double(at.size() - 1));
+  while (centres.size() < count) {
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::nth_element(order.begin(), order.begin() + rank, order.end(), [&](std::size_t a, std::size_t b) {
+      return nearest[a] < nearest[b] || (nearest[a] == nearest[b] && a > b);
+    });
+    centres.push_back(at[order[std::size_t(rank)]]);
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      const double distance = cv::norm(at[i] - centres.back());
+      nearest[i] = centres.size() == 1 ? distance : std::min(nearest[i], distance);
+    }
+  }
+  Clusters clusters;
+  clusters.of.resize(at.size());
+  for (int round = 0; round < 20; ++round) {
+    std::vector<cv::Vec3d> sums(count);
+    std::vector<double> sizes(count);
+    clusters.spread = 0;
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      std::size_t best = 0;
+      double least = cv::norm(at[i] - centres[0]);
+      for (std::size_t k = 1; k < count; ++k) {
+        const double distance = cv::norm(at[i] - centres[k]);
+        if (distance < least) {
+          best = k;
+          least = distance;
+        }
+      }
+      clusters.of[i] = best;
+      clusters.spread += least * least;
+      sums[best] += at[i];
+      sizes[best] += 1;
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+      if (sizes[k] > 0) centres[k] = sums[k] * (1.0 / sizes[k]);
+    }
+  }
+  return clusters;
+}
+
+}  // namespace
+
 std::vector<Tone::Part> fitted_parts(std::span<const cv::Vec3b> bgr, const ToneFit& fit) {
   if (fit.parts < 1 || fit.parts > 8) {
     throw usage_error(fmt::format("{} parts for a tone", fit.parts), {}, "it has from 1 to 8");
@@ -314,36 +373,14 @@ std::vector<Tone::Part> fitted_parts(std::span<const cv::Vec3b> bgr, const ToneF
     const auto c = tone_colour(pixel);
     at.emplace_back(c.x, c.y, c.v);
   }
-  // Each start is the pixel farthest from those before it, the first that from the mean: no lots, the same every time.
-  cv::Vec3d mean;
-  for (const auto& p : at) mean += p * (1.0 / double(at.size()));
-  std::vector<cv::Vec3d> centres;
-  std::vector<double> nearest(at.size());
-  for (std::size_t i = 0; i < at.size(); ++i) nearest[i] = cv::norm(at[i] - mean);
-  while (centres.size() < count) {
-    const auto far = std::max_element(nearest.begin(), nearest.end()) - nearest.begin();
-    centres.push_back(at[std::size_t(far)]);
-    for (std::size_t i = 0; i < at.size(); ++i) {
-      const double distance = cv::norm(at[i] - centres.back());
-      nearest[i] = centres.size() == 1 ? distance : std::min(nearest[i], distance);
-    }
+  // The farthest pixels may be a stick that was painted with its flag: the closest clusters of several starts count.
+  Clusters best;
+  for (const double share : {1.0, 0.98, 0.9}) {
+    auto clusters = clustered(at, count, share);
+    if (best.of.empty() || clusters.spread < best.spread) best = std::move(clusters);
   }
   std::vector<std::vector<cv::Vec3b>> pixels(count);
-  for (int round = 0; round < 20; ++round) {
-    std::vector<cv::Vec3d> sums(count);
-    for (auto& part : pixels) part.clear();
-    for (std::size_t i = 0; i < at.size(); ++i) {
-      std::size_t best = 0;
-      for (std::size_t k = 1; k < count; ++k) {
-        if (cv::norm(at[i] - centres[k]) < cv::norm(at[i] - centres[best])) best = k;
-      }
-      pixels[best].push_back(bgr[i]);
-      sums[best] += at[i];
-    }
-    for (std::size_t k = 0; k < count; ++k) {
-      if (!pixels[k].empty()) centres[k] = sums[k] * (1.0 / double(pixels[k].size()));
-    }
-  }
+  for (std::size_t i = 0; i < bgr.size(); ++i) pixels[best.of[i]].push_back(bgr[i]);
   std::vector<Tone::Part> parts;
   for (const auto& part : pixels) parts.push_back({double(part.size()) / double(bgr.size()), made(part)});
   return parts;
@@ -375,6 +412,12 @@ void ToneSet::validate() const {
 std::size_t ToneSet::find(std::string_view name) const {
   const auto at = std::find_if(tones.begin(), tones.end(), [&](const Tone& tone) { return tone.name == name; });
   return static_cast<std::size_t>(at - tones.begin());
+}
+
+std::vector<std::string> ToneSet::names() const {
+  std::vector<std::string> all;
+  for (const auto& tone : tones) all.push_back(tone.name);
+  return all;
 }
 
 void ToneSet::put(Tone tone) {

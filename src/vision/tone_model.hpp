@@ -167,6 +167,8 @@ struct ToneSet {
   /// The place of a tone; `tones.size()` where there is none of that name.
   [[nodiscard]] std::size_t find(std::string_view name) const;
 
+  [[nodiscard]] std::vector<std::string> names() const;
+
   /// Puts a tone in the place of that of its name, or at the end.
   void put(Tone tone);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "vision/tone_options.hpp"
 
+#include <algorithm>
 #include <array>
 
 #include <fmt/format.h>
@@ -33,6 +34,17 @@ void ToneOptions::validate() const {
   if (!learn_skin && file.empty()) {
     throw usage_error("tones.skin is \"file\" and tones.file is empty", {},
                       "name a file that `choreoscope tones train` wrote, or let the skin be learned");
+  }
+}
+
+void ToneOptions::validate(std::vector<std::string> given) const {
+  validate();
+  if (learn_skin) given.insert(given.begin(), "skin");
+  for (const auto& name : arms) {
+    if (std::find(given.begin(), given.end(), name) != given.end()) continue;
+    throw usage_error(
+        fmt::format("names \"{}\", which is no tone", name), "tones.arms",
+        given.empty() ? "there is no tone: give a tones.file, or learn the skin" : "known: " + join(given));
   }
 }
 

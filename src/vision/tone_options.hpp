@@ -25,6 +25,10 @@ struct ToneOptions {
   std::vector<std::string> arms = {"skin"};  ///< The tones that arms (gloves, flags) show; at least one.
 
   void validate() const;  ///< @throws Error (usage) naming the option, its value and its range.
+
+  /// The same, and that every tone of `arms` is learned or one of those.
+  /// @param given  the names of the tones in `file`.
+  void validate(std::vector<std::string> given) const;
 };
 
 /// "gaussian" or "histogram". @throws Error (usage) for anything else.

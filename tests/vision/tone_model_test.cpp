@@ -276,6 +276,16 @@ TEST(Tones, ATwoColouredFlagIsTwoParts) {
   EXPECT_LT(set.posteriors(tone_colour({25, 115, 220}))[0], 0.5);  // Orange is in between, and in neither.
 }
 
+// What is painted over a flag has its stick in it: few pixels, and the farthest from all others.
+TEST(Tones, AStickIsNoPartOfATwoColouredFlag) {
+  std::vector<cv::Vec3b> flag(300, cv::Vec3b(30, 30, 210));
+  flag.insert(flag.end(), 300, cv::Vec3b(20, 200, 230));
+  flag.insert(flag.end(), 25, cv::Vec3b(90, 60, 40));
+  ToneFit fit;
+  fit.parts = 2;
+  for (const auto& part : fitted_parts(flag, fit)) EXPECT_NEAR(part.weight, 0.5, 0.05);
+}
+
 // Sensor noise around black and dark grey has any hue and saturation.
 TEST(Tones, DarkPixelsFallToTheOutliers) {
   ToneSet set;
