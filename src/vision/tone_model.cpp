@@ -163,7 +163,7 @@ void GaussianTone::densities(double v, std::span<const float> x, std::span<const
   const auto peak = static_cast<float>(factor);
   // Most colours are far from any one tone: where a whole block is, no power is taken.
   constexpr std::size_t kBlock = 64;
-  constexpr float kFar = -40.0F;
+  constexpr float kFar = -20.0F;  // Less than single precision sees beside the outliers.
   std::array<float, kBlock> exponent;
   for (std::size_t begin = 0; begin < out.size(); begin += kBlock) {
     const auto count = std::min(kBlock, out.size() - begin);
