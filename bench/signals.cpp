@@ -339,13 +339,14 @@ void Stages::measure() {
       }
     }
   }
-  PeerRow signs(templates, templates.size());
+  // As many as the reader has, which leaves some out and adds others.
+  PeerRow signs(templates, recognition::SemaphoreTemplates().size());
   recognition::SemaphoreReader reader;
   double now = 0;
   const auto state_of = [&](const auto& o) { return o.particles ? o.particles : with_face->particles; };
   compare(
       "letter", "letter",
-      {{fmt::format("gemm with {} templates", templates.size()),
+      {{fmt::format("gemm with {} templates", recognition::SemaphoreTemplates().size()),
         [&](const auto& o) {
           double best = 0;
           cv::minMaxLoc(signs(*state_of(o)).col(0), nullptr, &best);
