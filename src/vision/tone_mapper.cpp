@@ -67,29 +67,34 @@ void ToneMapper::rebuild(ToneSet tones) {
   const auto count = tones_.tones.size();
   tables_.resize(count);
   for (auto& table : tables_) table.resize(kTable);
-  std::vector<std::vector<float>> joint(count);  // P(colour | tone) P(tone).
-  std::vector<float> density;
-  std::vector<float> sum;
+  constexpr std::size_t kMostCells = 512;  // At a time: what is reckoned of them stays in the first cache.
+  std::vector<std::array<float, kMostCells>> joint(count);  // P(colour | tone) P(tone).
+  std::array<float, kMostCells> density;
+  std::array<float, kMostCells> sum;
   for (const auto& shell : cells_->shells) {
-    const auto cells = shell.cell.size();
-    density.resize(cells);
-    sum.assign(cells, static_cast<float>(tones_.outliers * outlier_density(shell.v)));
-    for (std::size_t t = 0; t < count; ++t) {
-      const auto& tone = tones_.tones[t];
-      double weights = 0;
-      for (const auto& part : tone.parts) weights += part.weight;
-      joint[t].assign(cells, 0.0F);
-      for (const auto& part : tone.parts) {
-        part.model->densities(shell.v, shell.x, shell.y, density);
-        const auto weight = static_cast<float>(tone.prior * part.weight / weights);
-        for (std::size_t i = 0; i < cells; ++i) joint[t][i] += weight * density[i];
+    const auto outliers = static_cast<float>(tones_.outliers * outlier_density(shell.v));
+    for (std::size_t begin = 0; begin < shell.cell.size(); begin += kMostCells) {
+      const auto cells = std::min(kMostCells, shell.cell.size() - begin);
+      const auto x = std::span(shell.x).subspan(begin, cells);
+      const auto y = std::span(shell.y).subspan(begin, cells);
+      std::fill_n(sum.begin(), cells, outliers);
+      for (std::size_t t = 0; t < count; ++t) {
+        const auto& tone = tones_.tones[t];
+        double weights = 0;
+        for (const auto& part : tone.parts) weights += part.weight;
+        std::fill_n(joint[t].begin(), cells, 0.0F);
+        for (const auto& part : tone.parts) {
+          part.model->densities(shell.v, x, y, std::span(density).first(cells));
+          const auto weight = static_cast<float>(tone.prior * part.weight / weights);
+          for (std::size_t i = 0; i < cells; ++i) joint[t][i] += weight * density[i];
+        }
+        for (std::size_t i = 0; i < cells; ++i) sum[i] += joint[t][i];
       }
-      for (std::size_t i = 0; i < cells; ++i) sum[i] += joint[t][i];
-    }
-    for (std::size_t t = 0; t < count; ++t) {
-      auto* table = tables_[t].data();
-      for (std::size_t i = 0; i < cells; ++i) {
-        table[shell.cell[i]] = static_cast<std::uint8_t>(255.0F * joint[t][i] / sum[i] + 0.5F);
+      const auto* cell = shell.cell.data() + begin;
+      for (std::size_t t = 0; t < count; ++t) {
+        auto* table = tables_[t].data();
+        for (std::size_t i = 0; i < cells; ++i) density[i] = 255.0F * joint[t][i] / sum[i] + 0.5F;
+        for (std::size_t i = 0; i < cells; ++i) table[cell[i]] = static_cast<std::uint8_t>(density[i]);
       }
     }
   }

@@ -2,6 +2,7 @@
 #include "vision/tone_model.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <numbers>
@@ -11,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "vision/fast_exp.hpp"
 
 namespace choreo::vision {
 namespace {
@@ -160,11 +162,27 @@ void GaussianTone::densities(double v, std::span<const float> x, std::span<const
   const auto pyy = static_cast<float>(-0.5 * xx / determinant);
   const auto pxy = static_cast<float>(xy / determinant);
   const auto peak = static_cast<float>(factor);
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    const float dx = x[i] - mx;
-    const float dy = y[i] - my;
-    const float exponent = pxx * dx * dx + pyy * dy * dy + pxy * dx * dy;
-    out[i] = exponent < -40.0F ? 0.0F : peak * std::exp(exponent);
+  // Most colours are far from any one tone: where a whole block is, no power is taken.
+  constexpr std::size_t kBlock = 64;
+  constexpr float kFar = -20.0F;  // Less than single precision sees beside the outliers.
+  std::array<float, kBlock> exponent;
+  for (std::size_t begin = 0; begin < out.size(); begin += kBlock) {
+    const auto count = std::min(kBlock, out.size() - begin);
+    int near = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const float dx = x[begin + i] - mx;
+      const float dy = y[begin + i] - my;
+      exponent[i] = pxx * dx * dx + pyy * dy * dy + pxy * dx * dy;
+      near |= int(exponent[i] >= kFar);
+    }
+    if (near == 0) {
+      std::fill_n(out.data() + begin, count, 0.0F);
+      continue;
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      const float density = peak * fast_exp(exponent[i]);
+      out[begin + i] = exponent[i] < kFar ? 0.0F : density;
+    }
   }
 }
 
