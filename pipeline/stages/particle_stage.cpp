@@ -40,14 +40,20 @@ ParticleStage::ParticleStage(ParticleStageOptions options)
 }
 
 void ParticleStage::learn(const Observation& observation) {
-  if (!learner_ || !observation.face) return;
-  if (!learner_->add(observation.picture, *observation.face, to_seconds(observation.time), observation.mask.mask))
-    return;
-  auto tones = starting_tones(options_);
-  if (learner_->clothes()) tones.put(*learner_->clothes());
-  if (learner_->skin()) tones.put(*learner_->skin());
-  mapper_.rebuild(std::move(tones));
-  arm_tones_ = places(mapper_.tones(), options_.tones.arms);
+  if (!learner_) return;
+  bool taken = false;
+  if (observation.face &&
+      learner_->add(observation.picture, *observation.face, to_seconds(observation.time), observation.mask.mask)) {
+    auto tones = starting_tones(options_);
+    if (learner_->clothes()) tones.put(*learner_->clothes());
+    if (learner_->skin()) tones.put(*learner_->skin());
+    taken = mapper_.advance(1);  // What was begun last time, where frames are few.
+    mapper_.prepare(std::move(tones));
+  }
+  // The first ones are wanted at once. Afterwards light changes slowly, and no frame is to wait for all of the tables.
+  constexpr int kParts = 8;
+  taken |= mapper_.advance(arm_tones_.empty() ? 1 : kParts);
+  if (taken) arm_tones_ = places(mapper_.tones(), options_.tones.arms);
 }
 
 void ParticleStage::process(Observation& observation) {

@@ -12,6 +12,7 @@ namespace {
 constexpr int kShift = 8 - ToneMapper::kBits;
 constexpr std::size_t kSteps = std::size_t(1) << ToneMapper::kBits;
 constexpr std::size_t kTable = kSteps * kSteps * kSteps;
+constexpr std::size_t kMostCells = 512;  // At a time: what is reckoned of them stays in the first cache.
 
 std::size_t cell_at(std::size_t b, std::size_t g, std::size_t r) { return (b * kSteps + g) * kSteps + r; }
 
@@ -62,41 +63,68 @@ struct ToneMapper::Cells {
 ToneMapper::ToneMapper(ToneSet tones) : cells_(std::make_shared<const Cells>()) { rebuild(std::move(tones)); }
 
 void ToneMapper::rebuild(ToneSet tones) {
+  prepare(std::move(tones));
+  advance(1);
+}
+
+void ToneMapper::prepare(ToneSet tones) {
   tones.validate();
-  tones_ = std::move(tones);
-  const auto count = tones_.tones.size();
-  tables_.resize(count);
-  for (auto& table : tables_) table.resize(kTable);
-  constexpr std::size_t kMostCells = 512;  // At a time: what is reckoned of them stays in the first cache.
+  begun_.emplace();
+  begun_->tones = std::move(tones);
+  begun_->tables.resize(begun_->tones.tones.size());
+  for (auto& table : begun_->tables) table.resize(kTable);
+}
+
+bool ToneMapper::advance(int parts) {
+  assert(parts > 0);
+  if (!begun_) return false;
+  auto& begun = *begun_;
+  const auto share = kTable / static_cast<std::size_t>(parts) + 1;
+  for (std::size_t done = 0; done < share && begun.shell < kSteps;) {
+    const auto left = cells_->shells[begun.shell].cell.size() - begun.at;
+    const auto cells = std::min(kMostCells, left);
+    fill(begun, cells);
+    done += cells;
+    begun.at += cells;
+    if (cells == left) {
+      ++begun.shell;
+      begun.at = 0;
+    }
+  }
+  if (begun.shell < kSteps) return false;
+  tones_ = std::move(begun.tones);
+  tables_ = std::move(begun.tables);
+  begun_.reset();
+  return true;
+}
+
+// The next cells, all of one value.
+void ToneMapper::fill(Begun& begun, std::size_t cells) const {
+  const auto& shell = cells_->shells[begun.shell];
+  const auto x = std::span(shell.x).subspan(begun.at, cells);
+  const auto y = std::span(shell.y).subspan(begun.at, cells);
+  const auto count = begun.tones.tones.size();
   std::vector<std::array<float, kMostCells>> joint(count);  // P(colour | tone) P(tone).
   std::array<float, kMostCells> density;
   std::array<float, kMostCells> sum;
-  for (const auto& shell : cells_->shells) {
-    const auto outliers = static_cast<float>(tones_.outliers * outlier_density(shell.v));
-    for (std::size_t begin = 0; begin < shell.cell.size(); begin += kMostCells) {
-      const auto cells = std::min(kMostCells, shell.cell.size() - begin);
-      const auto x = std::span(shell.x).subspan(begin, cells);
-      const auto y = std::span(shell.y).subspan(begin, cells);
-      std::fill_n(sum.begin(), cells, outliers);
-      for (std::size_t t = 0; t < count; ++t) {
-        const auto& tone = tones_.tones[t];
-        double weights = 0;
-        for (const auto& part : tone.parts) weights += part.weight;
-        std::fill_n(joint[t].begin(), cells, 0.0F);
-        for (const auto& part : tone.parts) {
-          part.model->densities(shell.v, x, y, std::span(density).first(cells));
-          const auto weight = static_cast<float>(tone.prior * part.weight / weights);
-          for (std::size_t i = 0; i < cells; ++i) joint[t][i] += weight * density[i];
-        }
-        for (std::size_t i = 0; i < cells; ++i) sum[i] += joint[t][i];
-      }
-      const auto* cell = shell.cell.data() + begin;
-      for (std::size_t t = 0; t < count; ++t) {
-        auto* table = tables_[t].data();
-        for (std::size_t i = 0; i < cells; ++i) density[i] = 255.0F * joint[t][i] / sum[i] + 0.5F;
-        for (std::size_t i = 0; i < cells; ++i) table[cell[i]] = static_cast<std::uint8_t>(density[i]);
-      }
+  std::fill_n(sum.begin(), cells, static_cast<float>(begun.tones.outliers * outlier_density(shell.v)));
+  for (std::size_t t = 0; t < count; ++t) {
+    const auto& tone = begun.tones.tones[t];
+    double weights = 0;
+    for (const auto& part : tone.parts) weights += part.weight;
+    std::fill_n(joint[t].begin(), cells, 0.0F);
+    for (const auto& part : tone.parts) {
+      part.model->densities(shell.v, x, y, std::span(density).first(cells));
+      const auto weight = static_cast<float>(tone.prior * part.weight / weights);
+      for (std::size_t i = 0; i < cells; ++i) joint[t][i] += weight * density[i];
     }
+    for (std::size_t i = 0; i < cells; ++i) sum[i] += joint[t][i];
+  }
+  const auto* cell = shell.cell.data() + begun.at;
+  for (std::size_t t = 0; t < count; ++t) {
+    auto* table = begun.tables[t].data();
+    for (std::size_t i = 0; i < cells; ++i) density[i] = 255.0F * joint[t][i] / sum[i] + 0.5F;
+    for (std::size_t i = 0; i < cells; ++i) table[cell[i]] = static_cast<std::uint8_t>(density[i]);
   }
 }
 

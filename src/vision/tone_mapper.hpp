@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -18,7 +19,7 @@ namespace choreo::vision {
 /// holds. A cell's centre stands for its 64 colours. Over all colours that is off by 0.0023 on average, by at most 0.4
 /// where a tone ends, and on the wrong side of 0.5 for one colour in 400. Seven bits a channel would halve that, and
 /// make a change of light cost eight times as much.
-/// @thread reentrant; `rebuild` excluded.
+/// @thread reentrant; what changes tones excluded.
 class ToneMapper {
  public:
   static constexpr int kBits = 6;  ///< A channel.
@@ -28,6 +29,13 @@ class ToneMapper {
   /// Takes other tones, or the same in another light. @cost 3 to 5 ms for skin and clothes, no matter how large
   /// pictures are.
   void rebuild(ToneSet tones);
+
+  /// Begins to make the tables of other tones; those in use stay until the new ones are whole. What was begun before
+  /// is given up.
+  void prepare(ToneSet tones);
+
+  /// Does one of `parts` equal shares of what was begun. @return true where other tones are in use since.
+  bool advance(int parts);
 
   [[nodiscard]] const ToneSet& tones() const { return tones_; }
 
@@ -44,10 +52,19 @@ class ToneMapper {
                                   std::span<const std::size_t> tones) const;
 
  private:
+  using Tables = std::vector<std::vector<std::uint8_t>>;  // One a tone.
   struct Cells;
+  struct Begun {
+    ToneSet tones;
+    Tables tables;
+    std::size_t shell = 0, at = 0;  // Where it goes on.
+  };
+  void fill(Begun& begun, std::size_t cells) const;
+
   ToneSet tones_;
   std::shared_ptr<const Cells> cells_;
-  std::vector<std::vector<std::uint8_t>> tables_;  // One a tone.
+  Tables tables_;
+  std::optional<Begun> begun_;
 };
 
 }  // namespace choreo::vision

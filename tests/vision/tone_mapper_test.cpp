@@ -116,5 +116,31 @@ TEST(ToneMapper, RebuiltIsAsNew) {
   }
 }
 
+TEST(ToneMapper, IsPreparedForOtherTonesPieceByPieceAndThenAsNew) {
+  auto other = two_tones();
+  other.put({"flag", 0.1, {{1, std::make_shared<GaussianTone>(tone_at(0.9, 0.0, 0.8))}}});
+  const ToneMapper fresh(other);
+  const ToneMapper before(two_tones());
+  const auto same = [](const ToneMapper& a, const ToneMapper& b, std::size_t tone) {
+    return cv::norm(a.posterior(many_colours(), {}, tone), b.posterior(many_colours(), {}, tone), cv::NORM_INF) == 0;
+  };
+  for (const int parts : {1, 2, 7, 8}) {
+    ToneMapper mapper(two_tones());
+    EXPECT_FALSE(mapper.advance(parts)) << "nothing was begun";
+    mapper.prepare(two_tones());
+    (void)mapper.advance(3);
+    mapper.prepare(other);  // The other is given up.
+    for (int i = 1; i < parts; ++i) {
+      EXPECT_FALSE(mapper.advance(parts));
+      EXPECT_EQ(mapper.tones().tones.size(), 2U);
+      EXPECT_TRUE(same(mapper, before, 0) && same(mapper, before, 1));
+    }
+    EXPECT_TRUE(mapper.advance(parts));
+    ASSERT_EQ(mapper.tones().tones.size(), 3U);
+    for (std::size_t tone = 0; tone < 3; ++tone) EXPECT_TRUE(same(mapper, fresh, tone)) << parts;
+    EXPECT_FALSE(mapper.advance(parts));
+  }
+}
+
 }  // namespace
 }  // namespace choreo::vision
