@@ -158,7 +158,7 @@ std::vector<Face> HaarFaceDetector::run(cv::CascadeClassifier& cascade, const cv
   constexpr double kSpread = 1.2;
   // There are no windows smaller than the cascade's own: small faces are enlarged until some are.
   constexpr double kMostEnlarged = 2;
-  const double own = 1.5 * cascade.getOriginalWindowSize().width;
+  const double own = 1.2 * cascade.getOriginalWindowSize().width;
   const double scale = std::clamp(own * shape.width * kSpread / least_px, 1.0, kMostEnlarged);
   cv::Mat searched = grey;
   if (scale > 1) cv::resize(grey, searched, {}, scale, scale, cv::INTER_LINEAR);

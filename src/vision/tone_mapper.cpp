@@ -69,7 +69,7 @@ void ToneMapper::rebuild(ToneSet tones) {
 
 void ToneMapper::prepare(ToneSet tones) {
   tones.validate();
-  begun_.emplace();
+  begun_.emplace(Begun());
   begun_->tones = std::move(tones);
   begun_->tables.resize(begun_->tones.tones.size());
   for (auto& table : begun_->tables) table.resize(kTable);
