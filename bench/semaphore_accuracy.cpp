@@ -31,7 +31,7 @@ namespace synthetic = devices::synthetic;
 constexpr double kFps = 10;
 constexpr double kNoise = 3;
 constexpr double kRate = 12;                // letters a minute
-constexpr std::uint64_t kSeed = 1000;       // Tests and tuning use small ones.
+constexpr std::uint64_t kSeed = 40000;      // Tests and tuning used smaller ones.
 constexpr std::string_view kLeadIn = "  ";  // At 12 letters a minute five seconds of REST, in which skin is learned.
 constexpr std::array<const char*, 5> kSkins = {"very-light", "light", "medium", "brown", "dark"};
 constexpr std::array<const char*, 3> kBuilds = {"slender", "medium", "stout"};
@@ -240,7 +240,7 @@ std::vector<Clip> others(const Settings& settings) {
 void semaphore(const Settings& settings, Report& report) {
   cv::setNumThreads(1);
   std::vector<Clip> clips;
-  const std::size_t signallers = settings.smoke ? 1 : settings.quick ? 5 : 15;
+  const std::size_t signallers = settings.smoke ? 1 : settings.quick ? 5 : 30;
   for (std::size_t i = 0; i < signallers; ++i) clips.push_back(signaller(i));
   if (settings.smoke) {
     clips[0].settings.text = std::string(kLeadIn) + "A";
