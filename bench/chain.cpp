@@ -7,7 +7,7 @@
 #include <tbb/global_control.h>
 #include <opencv2/core.hpp>
 
-#include "devices/synthetic/performer.hpp"
+#include "film.hpp"
 #include "pipeline/pacing.hpp"
 #include "pipeline/runner.hpp"
 #include "pipeline/stages/history_stage.hpp"
@@ -27,59 +27,14 @@ constexpr auto kHistory = std::chrono::minutes(10);
 constexpr std::size_t kCapacity = 18'000;  // Ten minutes of 30 frames a second.
 constexpr double kNoise = 3;
 
-// A performer filmed beforehand, in an endless loop, at 30 frames a second of its own time.
-class Film final : public devices::Source {
- public:
-  Film(cv::Size size, int frames) {
-    devices::synthetic::PerformerSettings settings;
-    settings.size = size;
-    settings.noise = kNoise;
-    settings.empty = 0;
-    const devices::synthetic::Performer performer("jumping-jacks", settings);
-    for (int i = 0; i < frames; ++i) pictures_.push_back(performer.perform(i).bgr);
-    room_ = performer.room();
-    info_.size = size;
-    info_.nominal_fps = kFps;
-  }
-
-  /// Begins anew, and ends after so many frames.
-  void rewind(std::uint64_t frames) {
-    next_ = 0;
-    end_ = frames;
-  }
-  [[nodiscard]] const cv::Mat& room() const { return room_; }
-  [[nodiscard]] const std::vector<cv::Mat>& pictures() const { return pictures_; }
-
-  [[nodiscard]] const devices::SourceInfo& info() const override { return info_; }
-  devices::FramePtr read(std::stop_token /*stop*/) override {
-    if (next_ == end_) return nullptr;
-    auto frame = std::make_shared<devices::Frame>();
-    frame->sequence = next_;
-    frame->device_time = from_seconds(double(next_) / kFps);
-    frame->bgr = pictures_[next_ % pictures_.size()];
-    ++next_;
-    return frame;
-  }
-
- private:
-  std::vector<cv::Mat> pictures_;
-  cv::Mat room_;
-  devices::SourceInfo info_;
-  std::uint64_t next_ = 0;
-  std::uint64_t end_ = 0;
-};
-
-// Film that does not end its owner.
-class Borrowed final : public devices::Source {
- public:
-  explicit Borrowed(Film& film) : film_(film) {}
-  [[nodiscard]] const devices::SourceInfo& info() const override { return film_.info(); }
-  devices::FramePtr read(std::stop_token stop) override { return film_.read(stop); }
-  [[nodiscard]] std::vector<std::string> warnings() const override { return {}; }
-
- private:
-  Film& film_;
-};
+Film film_of(cv::Size size, int frames) {
+  devices::synthetic::PerformerSettings settings;
+  settings.size = size;
+  settings.noise = kNoise;
+  settings.empty = 0;
+  settings.fps = kFps;
+  return {"jumping-jacks", settings, frames};
+}
 
 struct Chain {
   double fps = 0;            ///< As fast as it goes.
@@ -116,7 +71,7 @@ pipeline::RunReport run_chain(Film& film, similarity::MaskHistory& history, cv::
   pipeline::RunnerOptions options;
   options.threads = threads;
   options.queue_capacity = 2;
-  std::unique_ptr<devices::Source> source = std::make_unique<Borrowed>(film);
+  auto source = borrowed(film);
   if (as_camera) {
     options.at_reader = pipeline::Overflow::kDropOldest;
     source = std::make_unique<pipeline::PacedSource>(std::move(source), clock, pipeline::sleep_until);
@@ -151,7 +106,7 @@ void chain(const Settings& settings, Report& report) {
   report.notes.emplace_back(
       "frames/s: as fast as they go; latency: with a camera's 30 frames a second, the newest frame wins");
   for (const auto size : {cv::Size(640, 480), cv::Size(1920, 1080)}) {
-    Film film(size, settings.quick ? 15 : 60);
+    auto film = film_of(size, settings.quick ? 15 : 60);
     for (const int threads : {1, 2}) {
       const auto c = measure(film, threads, settings);
       const auto name = fmt::format("{} x {}, {} thread{}", size.width, size.height, threads, threads == 1 ? "" : "s");

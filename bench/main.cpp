@@ -27,6 +27,10 @@ struct Entry {
 constexpr std::array kBenchmarks = {
     Entry{"kernels", "Z and Z* of masks: all pairs, and one live row against the history", &kernels},
     Entry{"chain", "the whole way of a live frame, on one thread and on two", &chain},
+    Entry{"signals", "the whole way of a signaller's frame to its letter, and each stage beside plain OpenCV",
+          &signals},
+    Entry{"semaphore", "letters and words of synthetic signallers, from pictures to text: how many are right",
+          &semaphore},
 };
 
 void print(const Report& report) {

@@ -36,5 +36,7 @@ using Benchmark = void (*)(const Settings& settings, Report& report);
 
 void kernels(const Settings& settings, Report& report);
 void chain(const Settings& settings, Report& report);
+void signals(const Settings& settings, Report& report);
+void semaphore(const Settings& settings, Report& report);
 
 }  // namespace choreo::bench

@@ -9,7 +9,7 @@ endif()
 install(DIRECTORY config/presets DESTINATION ${CMAKE_INSTALL_DATADIR}/choreoscope)
 install(FILES LICENSE README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
-set(CHOREO_MATHEMATICS core vision body similarity)
+set(CHOREO_MATHEMATICS core vision body similarity recognition)
 foreach(_part IN LISTS CHOREO_MATHEMATICS)
   install(TARGETS choreo_${_part} EXPORT choreoscopeTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
   install(DIRECTORY src/${_part} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/choreoscope FILES_MATCHING PATTERN "*.hpp")

@@ -69,7 +69,7 @@ endif()
 
 # choreo_test(NAME [LABELS label] [TIMEOUT seconds] [LIBRARIES_FROM folder] [LIBS libs...] SOURCES ...)
 # Makes a GoogleTest program whose cases CTest runs one by one. Shared libraries that lie in LIBRARIES_FROM stand in for
-# those of the system. The label is unit unless said otherwise. The target unit_tests builds all of these programs, and
+# those of the system. The label is unit unless said otherwise. The target unit_tests builds these programs but the end-to-end ones, and
 # threaded_tests those of the label unit_threaded, which are what the thread sanitizer is for.
 add_custom_target(unit_tests)
 add_custom_target(threaded_tests)
@@ -92,7 +92,9 @@ function(choreo_test name)
     target_sources(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support/one_worker.cpp)
     target_link_libraries(${name} PRIVATE TBB::tbb OpenCVParts::core)
   endif()
-  add_dependencies(unit_tests ${name})
+  if(NOT ARG_LABELS MATCHES end_to_end)
+    add_dependencies(unit_tests ${name})
+  endif()
   if(ARG_LABELS MATCHES threaded)
     add_dependencies(threaded_tests ${name})
   endif()

@@ -5,8 +5,14 @@
 #include <string>
 #include <vector>
 
+#include "body/particle_state.hpp"
+#include "pipeline/stages/face_stage.hpp"
+#include "recognition/semaphore_options.hpp"
+#include "vision/arm_finder.hpp"
 #include "vision/body_masker.hpp"
 #include "vision/depth_masker.hpp"
+#include "vision/haar_faces.hpp"
+#include "vision/tone_options.hpp"
 
 namespace choreo::config {
 
@@ -28,6 +34,14 @@ struct Options {
   int working_rows = 480;  ///< Masks and states are made of pictures with at most so many rows; 0: no limit.
   vision::MaskOptions mask;
   vision::DepthOptions depth;
+  pipeline::FaceStageOptions face;
+  vision::HaarOptions haar;
+  std::string cascades;    ///< Folder of OpenCV's; empty: the system's.
+  std::string face_model;  ///< Path of a YuNet model; empty: the cascades.
+  vision::ToneOptions tones;
+  vision::ArmOptions arms;  ///< Their least probability is `tones.threshold`.
+  body::ParticleBounds bounds;
+  recognition::SemaphoreOptions semaphore;
   double motion_window_s = 0.15;
   int matrix_rows = 20'000;  ///< At most; of a longer recording every 2nd, 4th, ... frame is a row.
   PlotSettings plot;

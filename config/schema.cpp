@@ -5,11 +5,13 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
 #include "config/field_kinds.hpp"
+#include "config/signal_fields.hpp"
 #include "core/error.hpp"
 #include "core/time.hpp"
 
@@ -174,6 +176,8 @@ std::vector<Field> make_schema() {
       "depth.far_mm", [](Options& o) -> double& { return o.depth.far_mm; }, {0, 20000},
       "from 0 (no such plane) to 20000 mm",
       "What is farther is no body; what is nearer is, also where the room's own depth is unknown."));
+
+  for (auto& field : signal_fields()) fields.push_back(std::move(field));
 
   fields.push_back(integer(
       "working.rows", [](Options& o) -> int& { return o.working_rows; }, 0, 8640,

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include <opencv2/core/mat.hpp>
@@ -41,6 +42,9 @@ struct Frame {
   /// Of a take that is replayed as it was processed: the run that recorded it never came to this frame. It is counted
   /// and may teach the background, and goes no further.
   bool overtaken = false;
+  /// Likewise: a detection of faces that was due at this frame was not ready in that run, and had no effect.
+  bool late_face = false;
+  std::string name;  ///< Of the file that holds this picture alone; empty of videos and devices.
 };
 
 using FramePtr = std::shared_ptr<const Frame>;

@@ -22,6 +22,7 @@ struct OpenOptions {
   bool every_frame = false;     ///< Of a device: frames that waited are delivered too, as far as the driver has room
                                 ///< for them (a few: a short pause loses nothing), not the newest alone.
   bool keep_raw = false;        ///< Frames carry what the device gave (Frame::raw_colour, raw_depth).
+  bool sets = false;            ///< A folder may be a set of pictures without an order in time (SourceInfo::stills).
 };
 
 /// One kind of source.

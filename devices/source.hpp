@@ -23,6 +23,8 @@ struct SourceInfo {
   /// Its later frames may be looked at before its first ones are analysed. Not where a take stands for the device it
   /// was recorded from.
   bool foreseeable = true;
+  /// A set of pictures without an order in time, each a frame of its own size; `size` is the first's.
+  bool stills = false;
   bool depth = false;            ///< Its frames have Frame::depth, all but a few.
   Orientation raw_orientation;   ///< What was done to Frame::raw_colour and raw_depth to hang them upright.
   bool registers_depth = false;  ///< Frame::depth is Frame::raw_depth brought onto the colour (media/kinect_depth.hpp).

@@ -5,16 +5,28 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <opencv2/core/mat.hpp>
 
 #include "body/mask_state.hpp"
+#include "body/particle_state.hpp"
 #include "core/time.hpp"
 #include "devices/frame.hpp"
+#include "recognition/semaphore_reader.hpp"
+#include "vision/arms.hpp"
 #include "vision/body_masker.hpp"
+#include "vision/face.hpp"
 
 namespace choreo::pipeline {
+
+/// What a signaller shows.
+struct Signal {
+  recognition::SignReading now;               ///< Of the last moment's states, held or not.
+  std::optional<recognition::HeldSign> held;  ///< The sign that is being held, up to now.
+  std::string text;                           ///< The latest part of it, with what is held.
+};
 
 /// One frame and everything said of it so far. A stage fills its fields and never touches another's.
 struct Observation {
@@ -32,10 +44,22 @@ struct Observation {
   // From MaskStage.
   vision::MaskResult mask;  ///< At the working resolution.
 
+  // From FaceStage, of the picture that was searched a few frames before.
+  std::optional<vision::TrackedFace> face;  ///< The performer's, in pixels of `picture`.
+  int faces = 0;  ///< In sight, the performer's among them; not those that are known to hang on the wall.
+
   // From StateStage; absent without a body.
   std::unique_ptr<const body::MaskState> state;
   double quantity_of_motion = 0;  ///< See body::MotionMeter; 0 without a body.
   double contraction = 0;         ///< See body::contraction; 0 without a body.
+
+  // From ParticleStage; the state is absent where two arms and a face were not seen.
+  double tone_share = 0;  ///< Of the body, what has the arms' tone, 0 to 1.
+  vision::Arms arms;
+  std::optional<body::ParticleState> particles;
+
+  // From SemaphoreStage.
+  std::optional<Signal> signal;
 
   // From HistoryStage: against every frame of the history, oldest first, this one last; NaN where either has no body.
   std::vector<float> z_row;

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -62,10 +63,32 @@ cv::Mat decoded(const std::vector<std::uint8_t>& bytes) {
   }
 }
 
+struct OrderedNames {
+  std::vector<std::string> names;
+  bool stills = false;
+};
+
+// A sequence where the names count on in one number, a set where they do not and a set may be.
+OrderedNames in_order(std::vector<std::string> names, const std::string& folder, std::optional<bool> stills,
+                      bool sets_allowed) {
+  if (stills == true) return {in_name_order(std::move(names)), true};
+  const bool may_be_set = sets_allowed && !stills;
+  if (may_be_set && names.size() == 1) return {std::move(names), true};  // One picture alone moves nowhere.
+  try {
+    return {in_number_order(names, folder), false};
+  } catch (const Error&) {
+    if (!may_be_set) throw;
+  }
+  return {in_name_order(std::move(names)), true};
+}
+
 class ImageFolder final : public Source {
  public:
-  ImageFolder(const SourceUri& uri, double fps) : folder_(uri.location), micro_fps_(std::llround(fps * 1e6)) {
-    names_ = in_number_order(picture_names(folder_), folder_);
+  ImageFolder(const SourceUri& uri, double fps, std::optional<bool> stills, bool sets_allowed)
+      : folder_(uri.location), micro_fps_(std::llround(fps * 1e6)) {
+    auto ordered = in_order(picture_names(folder_), folder_, stills, sets_allowed);
+    names_ = std::move(ordered.names);
+    info_.stills = ordered.stills;
     if (names_.empty()) {
       throw usage_error(fmt::format("folder \"{}\" holds no pictures", folder_), {}, kWhatIsAFolder);
     }
@@ -89,7 +112,7 @@ class ImageFolder final : public Source {
     if (waiting_.empty()) find_next();
     if (waiting_.empty()) return nullptr;
     const auto index = next_ - 1;
-    if (waiting_.size() != info_.size) {
+    if (waiting_.size() != info_.size && !info_.stills) {
       const auto size = waiting_.size();
       waiting_.release();
       next_ = names_.size();
@@ -102,6 +125,7 @@ class ImageFolder final : public Source {
     frame->sequence = index;
     frame->device_time = time_of(index);
     frame->bgr = std::move(waiting_);
+    frame->name = names_[index];
     waiting_ = cv::Mat();
     return frame;
   }
@@ -147,11 +171,17 @@ Driver image_folder_driver() {
   Driver driver;
   driver.scheme = "folder";
   driver.example = "pictures/?fps=25";
-  driver.summary = "a folder of numbered pictures";
-  driver.open = [](const SourceUri& uri, SettingReader& settings, const OpenOptions& /*options*/) {
+  driver.summary = "a folder of numbered pictures, or a set of pictures";
+  driver.open = [](const SourceUri& uri, SettingReader& settings, const OpenOptions& options) {
     const double fps = settings.take_number("fps", 30.0, 0.01, 1000.0);
+    std::optional<bool> stills;
+    if (uri.settings.contains("stills")) stills = settings.take_flag("stills", false);
     settings.refuse_the_rest();
-    return std::make_unique<ImageFolder>(uri, fps);
+    if (stills == true && !options.sets) {
+      throw usage_error(fmt::format("folder \"{}\" as a set of pictures has no order in time", uri.location),
+                        "stills=1", "read its letters with analyze --recognise semaphore, or leave stills=1 out");
+    }
+    return std::make_unique<ImageFolder>(uri, fps, stills, options.sets);
   };
   return driver;
 }

@@ -131,4 +131,38 @@ std::vector<std::string> in_number_order(const std::vector<std::string>& names, 
   return out;
 }
 
+std::vector<std::string> in_name_order(std::vector<std::string> names) {
+  struct Key {
+    std::string text;  // Small letters, numbers as their length and digits, so that 9 comes before 10.
+    std::string name;
+  };
+  std::vector<Key> keys;
+  keys.reserve(names.size());
+  for (auto& name : names) {
+    std::string text;
+    for (std::size_t i = 0; i < name.size();) {
+      if (!is_digit(name[i])) {
+        const char c = name[i++];
+        text += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+        continue;
+      }
+      std::string digits;
+      for (; i < name.size() && is_digit(name[i]); ++i) {
+        if (digits == "0") digits.clear();
+        digits += name[i];
+      }
+      text += '0';                               // Numbers stand where digits stand in the alphabet.
+      text += static_cast<char>(digits.size());  // A file's name has at most 255 bytes.
+      text += digits;
+    }
+    keys.push_back({std::move(text), std::move(name)});
+  }
+  std::sort(keys.begin(), keys.end(),
+            [](const Key& a, const Key& b) { return a.text != b.text ? a.text < b.text : a.name < b.name; });
+  std::vector<std::string> out;
+  out.reserve(keys.size());
+  for (auto& key : keys) out.push_back(std::move(key.name));
+  return out;
+}
+
 }  // namespace choreo::devices

@@ -17,4 +17,7 @@ namespace choreo::devices {
 ///   have the same number; it names examples.
 [[nodiscard]] std::vector<std::string> in_number_order(const std::vector<std::string>& names, std::string_view folder);
 
+/// The names of a set of pictures in the order of the alphabet, numbers within them by their value: A, b, B, c2, c10.
+[[nodiscard]] std::vector<std::string> in_name_order(std::vector<std::string> names);
+
 }  // namespace choreo::devices

@@ -53,6 +53,7 @@ double light_on(cv::Point2d side, double across) {
 void Brush::begin(const cv::Rect& box, int fine) {
   box_ = box;
   fine_ = fine;
+  mark_ = 1;
   samples_.create(box.height * fine, box.width * fine);
   samples_.setTo(cv::Scalar::all(0));
   extents_.assign(static_cast<std::size_t>(samples_.rows), {samples_.cols, 0});
@@ -114,6 +115,7 @@ void Brush::fill(const Stroke& stroke, const Colour& colour) {
         if (std::abs(lateral) > w) continue;
       }
       row[x] = colour(w > 0 ? lateral / w : 0.0, forward * per_length);
+      row[x][3] = mark_;
       extent.first = std::min(extent.first, x);
       extent.second = std::max(extent.second, x + 1);
     }
@@ -160,10 +162,20 @@ std::array<int, 4> Brush::pixel(int x, int y) const {
   for (int j = 0; j < fine_; ++j) {
     const auto* s = samples_[(y - box_.y) * fine_ + j] + (x - box_.x) * fine_;
     for (int i = 0; i < fine_; ++i) {
-      for (int c = 0; c < 4; ++c) sum[static_cast<std::size_t>(c)] += s[i][c];
+      for (int c = 0; c < 3; ++c) sum[static_cast<std::size_t>(c)] += s[i][c];
+      sum[3] += s[i][3] != 0 ? 1 : 0;
     }
   }
   return sum;
+}
+
+int Brush::marked(int x, int y, unsigned char mark) const {
+  int count = 0;
+  for (int j = 0; j < fine_; ++j) {
+    const auto* s = samples_[(y - box_.y) * fine_ + j] + (x - box_.x) * fine_;
+    for (int i = 0; i < fine_; ++i) count += s[i][3] == mark ? 1 : 0;
+  }
+  return count;
 }
 
 std::pair<int, int> Brush::extent(int y) const {

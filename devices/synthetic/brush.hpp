@@ -48,6 +48,9 @@ class Brush {
   /// Clears the surface and lays it over `box` with `fine` x `fine` samples a pixel.
   void begin(const cv::Rect& box, int fine);
 
+  /// What is drawn from now on is marked with `mark`, 1 to 255; 1 after begin.
+  void mark(unsigned char mark) { mark_ = mark; }
+
   void draw(const Stroke& stroke);
   void draw(const Stroke& stroke, const Shader& shader);
   void ellipse(cv::Point2d centre, double half_width, double half_height, cv::Vec3f colour);
@@ -58,6 +61,9 @@ class Brush {
   /// Sums over one pixel's samples: blue, green, red, and how many samples are covered.
   [[nodiscard]] std::array<int, 4> pixel(int x, int y) const;
 
+  /// How many of a pixel's samples were drawn last under that mark.
+  [[nodiscard]] int marked(int x, int y, unsigned char mark) const;
+
   /// Samples of row y (picture coordinates) that were drawn lie within [first, last) of picture columns.
   [[nodiscard]] std::pair<int, int> extent(int y) const;
 
@@ -67,7 +73,8 @@ class Brush {
 
   cv::Rect box_;
   int fine_ = 1;
-  cv::Mat4b samples_;
+  unsigned char mark_ = 1;
+  cv::Mat4b samples_;                         // blue, green, red, mark (0: nothing drawn)
   std::vector<std::pair<int, int>> extents_;  // per row of samples, half open
 };
 

@@ -201,6 +201,8 @@ std::vector<ScriptEntry> everyday_scripts() {
   kicks.length = 1;
   add("semaphore", "the flag alphabet, or text=", 130, Symmetry::kSometimes, make_semaphore);
   add("idle", "small improvised movements, other ones for every seed", 10, Symmetry::kSometimes, make_idle);
+  add("dancing", "improvised, resting now and then near semaphore signs, at none", 120, Symmetry::kSometimes,
+      make_dancing);
   auto& crossing = add("crossing", "walks through the picture and back", 12, Symmetry::kSometimes, make_crossing);
   crossing.period = 12;
   crossing.mirror_shift = 6;

@@ -90,7 +90,7 @@ cv::Vec3f face_colour(const FacePaint& p, double x, double y) {
 }  // namespace
 
 void draw_head(Brush& brush, cv::Point2d chin, cv::Point2d crown, const Eigen::Matrix3d& axes, double unit,
-               const Look& look) {
+               const Look& look, unsigned char face_mark) {
   using body::vitruvian::kHeadHeight;
   const cv::Point2d up = crown - chin;
   const double yaw = std::atan2(axes(0, 2), axes(2, 2));
@@ -120,6 +120,7 @@ void draw_head(Brush& brush, cv::Point2d chin, cv::Point2d crown, const Eigen::M
   }
   const Stroke skull{place(0, 0), place(0.985, 0), &kFace, unit, false, false, look.skin};
   const cv::Point2d across = right * (1 / std::max(1e-9, std::hypot(right.x, right.y)));
+  brush.mark(face_mark);
   brush.draw(skull, [&](double s, double share) {
     // The side of a stroke that runs upwards is the picture's right; longitude is counted to the performer's left.
     const double lateral = std::clamp(s, -1.0, 1.0);
@@ -136,6 +137,27 @@ void draw_head(Brush& brush, cv::Point2d chin, cv::Point2d crown, const Eigen::M
     if (!front) return paint.skin * light;
     return face_colour(paint, x, y) * light;
   });
+  brush.mark(1);
+}
+
+cv::Rect2d face_box(cv::Point2d chin, cv::Point2d crown, const Eigen::Matrix3d& axes, double unit) {
+  using body::vitruvian::kHeadHeight;
+  constexpr double kCheek = 0.0485, kHairline = 0.0385;  // as drawn: half the width, and above the head's middle
+  if (axes(2, 2) <= 0) return {};
+  const double length = std::max(1e-9, std::hypot(crown.x - chin.x, crown.y - chin.y));
+  const cv::Point2d up = (crown - chin) / length;
+  const cv::Point2d right(-up.y, up.x);
+  const double yaw = std::atan2(axes(0, 2), axes(2, 2));
+  // Turned to the performer's left, the face reaches the skull's rim there and ends before it on the other side.
+  const double towards = kCheek * unit;
+  const double away = kCheek * unit * std::cos(yaw);
+  const double middle = (yaw > 0 ? 1 : -1) * (towards - away) / 2;
+  const double half_width = (towards + away) / 2;
+  const double top = length * (0.5 + kHairline / kHeadHeight);
+  const cv::Point2d centre = chin + up * (top / 2) + right * middle;
+  const double half_x = std::hypot(half_width * right.x, top / 2 * up.x);
+  const double half_y = std::hypot(half_width * right.y, top / 2 * up.y);
+  return {centre.x - half_x, centre.y - half_y, 2 * half_x, 2 * half_y};
 }
 
 }  // namespace choreo::devices::synthetic

@@ -78,6 +78,8 @@ double least_distance(const cv::Vec3f& colour, std::initializer_list<cv::Vec3f> 
 
 }  // namespace
 
+std::span<const cv::Vec3f> skin_tones() { return skins(); }
+
 std::span<const std::string> build_names() {
   static const std::vector<std::string> kNames = {"auto", "slender", "medium", "stout"};
   return kNames;

@@ -9,6 +9,7 @@
 #include <opencv2/core.hpp>
 
 #include "body/figure.hpp"
+#include "devices/synthetic/scene.hpp"
 
 namespace choreo::devices::synthetic {
 
@@ -20,7 +21,12 @@ struct Look {
   HairStyle hair_style = HairStyle::kShort;
   cv::Vec3f skin, hair, shirt, trousers, shoes;
   cv::Vec3f wall, panel, floor;
+  Sleeves sleeves = Sleeves::kHalf;
+  bool flags = false;  ///< One in each hand.
 };
+
+/// The six tones that `skin=` names, from very light to dark.
+[[nodiscard]] std::span<const cv::Vec3f> skin_tones();
 
 /// Names for `build=`, `skin=` and `clothes=`; the first, "auto", leaves the choice to the seed.
 [[nodiscard]] std::span<const std::string> build_names();

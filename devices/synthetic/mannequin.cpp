@@ -21,6 +21,8 @@ const Profile kForearm = {{0, 0.0215},    {0.18, 0.0245}, {0.40, 0.0205}, {0.58,
 const Profile kCrease = {{0, 0.0004}, {1, 0.0011}};
 const Profile kThumb = {{0, 0.0085}, {0.5, 0.0080}, {1, 0.0060}};
 const Profile kSleeve = {{0, 0.0310}, {0.45, 0.0305}, {1, 0.0285}};
+const Profile kLongSleeve = {{0, 0.0285}, {0.3, 0.0275}, {0.8, 0.0215}, {1, 0.0210}};
+const Profile kUpperArm = {{0, 0.0270}, {0.3, 0.0262}, {0.55, 0.0255}, {0.85, 0.0218}, {1, 0.0215}};
 const Profile kShoulder = {{0, 0.0140}, {0.5, 0.0240}, {0.8, 0.0295}, {1, 0.0300}};
 const Profile kThigh = {{0, 0.0500}, {0.25, 0.0485}, {0.7, 0.0385}, {1, 0.0350}};
 const Profile kShank = {{0, 0.0350}, {0.3, 0.0355}, {0.7, 0.0285}, {1, 0.0270}};
@@ -31,6 +33,18 @@ const Profile kChest = {{0, 0.0790},    {0.25, 0.0820}, {0.55, 0.0955}, {0.75, 0
                         {0.85, 0.0985}, {0.92, 0.0640}, {1, 0.0320}};
 const Profile kNeck = {{0, 0.0330}, {0.4, 0.0270}, {1, 0.0270}};
 const Profile kCollar = {{0, 0.0050}, {0.5, 0.0190}, {1, 0.0268}};
+
+const Profile kStick = {{0, 0.0045}, {1, 0.0045}};
+
+// Of the flags, in units of the body's height.
+constexpr double kFlagSide = 1.0 / 6;
+const Profile kFlag = {{0, kFlagSide / 2}, {1, kFlagSide / 2}};
+
+cv::Point2d seen_at(const Stage& stage, cv::Point2d shift, const Vector3d& p) {
+  return {stage.centre_x + shift.x + stage.unit * p.x(), stage.floor_y + shift.y - stage.unit * p.y()};
+}
+
+Vector3d chin_of(const body::Skeleton& s) { return s.skull - s.head_axes.col(1) * (body::vitruvian::kHeadHeight / 2); }
 
 class Figure {
  public:
@@ -56,9 +70,11 @@ class Figure {
                             &s_.ankle[side], &s_.heel[side], &s_.toe[side]}) {
         take(*p);
       }
+      if (look_.flags) take(flag_end(side));
     }
     take(s_.crown);
-    const double margin = 0.08 * stage_.unit + 2;  // no part is thicker beyond its joints
+    // No part is thicker beyond its joints.
+    const double margin = (look_.flags ? kFlagSide : 0.08) * stage_.unit + 2;
     const cv::Rect wanted(
         cv::Point(static_cast<int>(std::floor(left - margin)), static_cast<int>(std::floor(top - margin))),
         cv::Point(static_cast<int>(std::ceil(right + margin)), static_cast<int>(std::ceil(bottom + margin))));
@@ -77,9 +93,7 @@ class Figure {
     std::function<void()> draw;
   };
 
-  [[nodiscard]] cv::Point2d at(const Vector3d& p) const {
-    return {stage_.centre_x + shift_.x + stage_.unit * p.x(), stage_.floor_y + shift_.y - stage_.unit * p.y()};
-  }
+  [[nodiscard]] cv::Point2d at(const Vector3d& p) const { return seen_at(stage_, shift_, p); }
 
   void part(double depth, std::function<void()> draw) { parts_.push_back({depth, std::move(draw)}); }
 
@@ -142,10 +156,8 @@ class Figure {
              Ends::kCutSecond, 0.86);
       }
     });
-    part(std::max(middle, s_.skull.z()) + 0.012, [=, this] {
-      const Vector3d chin = s_.skull - s_.head_axes.col(1) * (body::vitruvian::kHeadHeight / 2);
-      draw_head(brush_, at(chin), at(s_.crown), s_.head_axes, stage_.unit, look_);
-    });
+    part(std::max(middle, s_.skull.z()) + 0.012,
+         [=, this] { draw_head(brush_, at(chin_of(s_)), at(s_.crown), s_.head_axes, stage_.unit, look_, kFaceMark); });
   }
 
   // From beside the neck to the arm, in the chest's light, so that no seam shows.
@@ -173,14 +185,49 @@ class Figure {
     const double depth = std::max(s_.elbow[side].z(), (s_.elbow[side].z() + s_.fingertip[side].z()) / 2);
     const double bias = s_.chest_axes(2, 2) > 0.5 ? 0.03 : 0.0;
     part(depth + bias, [=, this] {
+      brush_.mark(kBareArmMark[side]);
+      const Vector3d shoulder = drawn_shoulder(side);
+      if (look_.sleeves == Sleeves::kNone) limb(shoulder, s_.elbow[side], kUpperArm, scale_.limb, look_.skin);
       const Vector3d thumb_root = s_.wrist[side] + (s_.fingertip[side] - s_.wrist[side]) * 0.22;
       const Vector3d thumb = s_.forearm_axes[side] * Vector3d(0, -0.036, 0.026);
       limb(thumb_root, thumb_root + thumb, kThumb, 1, look_.skin, Ends::kRound, 0.95);
       limb(s_.elbow[side], s_.fingertip[side], kForearm, 1, look_.skin);
       fingers(side);
-      const Vector3d shoulder = drawn_shoulder(side);
-      limb(shoulder, s_.elbow[side] + (s_.elbow[side] - shoulder) * 0.02, kSleeve, scale_.limb, look_.shirt, Ends::kHem,
-           1, 0.75);
+      brush_.mark(1);
+      if (look_.sleeves == Sleeves::kLong) {
+        const Vector3d cuff = s_.wrist[side] + (s_.fingertip[side] - s_.wrist[side]) * 0.06;
+        limb(s_.elbow[side], cuff, kLongSleeve, scale_.limb, look_.shirt, Ends::kHem, 1, 0.75);
+      }
+      if (look_.sleeves != Sleeves::kNone) {
+        limb(shoulder, s_.elbow[side] + (s_.elbow[side] - shoulder) * 0.02, kSleeve, scale_.limb, look_.shirt,
+             Ends::kHem, 1, 0.75);
+      }
+      if (look_.flags) flag(side);
+    });
+  }
+
+  // How far the stick reaches, which continues the forearm.
+  [[nodiscard]] Vector3d flag_end(body::Side side) const {
+    return s_.wrist[side] + (s_.fingertip[side] - s_.wrist[side]).normalized() * (kFlagSide + 0.03);
+  }
+
+  // Red and yellow, divided from the stick's tip to the opposite corner, over the hand that holds it. Of an arm held
+  // out to its own side the cloth is below.
+  void flag(body::Side side) {
+    const Vector3d along = (s_.fingertip[side] - s_.wrist[side]).normalized();
+    const auto tip = at(flag_end(side));
+    limb(s_.wrist[side], flag_end(side), kStick, 1, {92, 128, 160});
+    const auto seen = tip - at(s_.wrist[side]);
+    const double length = std::max(1e-9, std::hypot(seen.x, seen.y));
+    const double sign = side == kLeft ? -1 : 1;
+    const cv::Point2d below(sign * seen.y / length, -sign * seen.x / length);
+    const cv::Point2d aside = below * (0.38 * kFlagSide * stage_.unit);
+    const auto hoist = at(flag_end(side) - along * kFlagSide);
+    const double fold = side == kLeft ? 1 : -1;
+    brush_.draw({hoist + aside, tip + aside, &kFlag, stage_.unit, false, false, {}}, [=](double across, double share) {
+      const bool red = fold * across > 2 * share - 1;
+      const double ripple = 0.98 + 0.05 * std::sin(9 * share + 2 * across);
+      return (red ? cv::Vec3f(36, 30, 204) : cv::Vec3f(24, 206, 246)) * ripple;
     });
   }
 
@@ -236,6 +283,22 @@ bool draw_figure(Brush& brush, const body::Pose& pose, const Look& look, const S
   brush.begin(box, samples_for(stage.unit));
   figure.draw();
   return true;
+}
+
+cv::Rect2d visible_face(const Brush& brush, const body::Pose& pose, const Stage& stage, cv::Point2d shift) {
+  const auto s = body::skeleton_of(pose);
+  const auto box = face_box(seen_at(stage, shift, chin_of(s)), seen_at(stage, shift, s.crown), s.head_axes, stage.unit);
+  if (box.empty()) return {};
+  const cv::Rect pixels =
+      cv::Rect(cv::Point(cvFloor(box.x), cvFloor(box.y)), cv::Point(cvCeil(box.br().x), cvCeil(box.br().y))) &
+      brush.box();
+  double samples = 0;
+  for (int y = pixels.y; y < pixels.br().y; ++y) {
+    for (int x = pixels.x; x < pixels.br().x; ++x) samples += brush.marked(x, y, kFaceMark);
+  }
+  const double whole = 0.8 * box.area() * brush.samples_per_pixel();  // a skull fills four fifths of the box around it
+  if (samples < whole / 2) return {};
+  return box;
 }
 
 FloorShadow::FloorShadow(const body::Pose& pose, const Stage& stage, cv::Point2d shift) {

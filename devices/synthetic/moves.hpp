@@ -21,12 +21,13 @@ struct ScriptEntry {
 
 /// One script a motif of docs/mathematics.
 [[nodiscard]] std::vector<ScriptEntry> motif_scripts();
-/// What people do: the six simple movements, then semaphore, idle, crossing, empty.
+/// What people do: the six simple movements, then semaphore, idle, dancing, crossing, empty.
 [[nodiscard]] std::vector<ScriptEntry> everyday_scripts();
 /// How long semaphore takes, in seconds. @throws Error (usage) for a character that it cannot say.
 [[nodiscard]] double semaphore_duration(const ScriptOptions& options);
 [[nodiscard]] Move make_semaphore(const ScriptOptions& options, const Style& style);
 [[nodiscard]] Move make_idle(const ScriptOptions& options, const Style& style);
+[[nodiscard]] Move make_dancing(const ScriptOptions& options, const Style& style);
 [[nodiscard]] Move make_crossing(const ScriptOptions& options, const Style& style);
 
 /// Share of a period that has passed, in [0, 1). Rounded to 2^-30 so that a repetition repeats exactly.

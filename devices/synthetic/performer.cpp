@@ -71,16 +71,29 @@ void PerformerSettings::validate() const {
   check(build, build_names(), "build");
   check(skin, skin_names(), "skin");
   check(clothes, clothes_names(), "clothes");
+  check(sleeves, sleeves_names(), "sleeves");
+  check(room, room_names(), "room");
+  check(light, light_names(), "light");
+  check(distance, 0.6, 2.5, "distance");
+  check(place, -0.35, 0.35, "place");
+  check(pan.dx, -64, 64, "pan to the right");
+  check(pan.dy, -64, 64, "pan down");
+  check(pan.zoom, 0.9, 1.1, "zoom of pan");
+  check(exposure, 0.5, 1.5, "exposure");
+  if (depth && (distance != 1 || pan.zoom != 1)) {
+    throw usage_error("depth goes with distance 1 and a pan without zoom only");
+  }
 }
 
 struct Performer::Film {
   Film(std::string_view name, const PerformerSettings& s)
       : settings((s.validate(), s)),
-        stage(make_stage(s.size)),
+        stage(zoomed_stage(moved_stage(make_stage(s.size), s.distance, s.place), s.pan.zoom)),
         script(name, options_for(s, stage)),
-        look(choose_look(s.seed, s.build, s.skin, s.clothes)),
-        margin(s.shake > 0 ? static_cast<int>(std::ceil(4 * s.shake)) + 2 : 0),
-        room(paint_room(stage, look, s.seed, margin)),
+        look(look_of(s)),
+        margin(margin_of(s)),
+        room(paint_room(make_stage(s.size), look, {furniture_named(s.room), s.poster}, s.seed, margin, !s.pan.none())),
+        gain(gain_of(s)),
         noise(noise_table(s.seed, s.noise)),
         depth_camera(s.depth ? std::make_unique<DepthCamera>(stage, look, s.seed) : nullptr),
         empty_frames(static_cast<int>(std::lround(s.empty * s.fps))),
@@ -92,17 +105,40 @@ struct Performer::Film {
     options.seed = s.seed;
     if (!s.text.empty()) options.text = s.text;
     options.letters_per_minute = s.letters_per_minute;
-    options.half_width = stage.half_width();
+    options.half_width = stage.half_width() + std::abs(s.place) * s.size.width / stage.unit;
     return options;
+  }
+
+  static Look look_of(const PerformerSettings& s) {
+    auto look = choose_look(s.seed, s.build, s.skin, s.clothes);
+    look.sleeves = sleeves_named(s.sleeves);
+    look.flags = s.flags;
+    return look;
+  }
+
+  // For any pan the same, so that the same room is painted.
+  static int margin_of(const PerformerSettings& s) {
+    const int shaken = s.shake > 0 ? static_cast<int>(std::ceil(4 * s.shake)) + 2 : 0;
+    if (s.pan.none()) return shaken;
+    constexpr double kPan = 64, kZoomOut = 0.9;
+    const double side = std::max(s.size.width, s.size.height) / 2.0;
+    return static_cast<int>(std::ceil((shaken + kPan + side) / kZoomOut - side)) + 2;
+  }
+
+  // In 1/256, blue green red.
+  static cv::Vec3i gain_of(const PerformerSettings& s) {
+    const auto light = light_named(s.light) * s.exposure;
+    return {cvRound(light[0] * 256), cvRound(light[1] * 256), cvRound(light[2] * 256)};
   }
 
   // How far the camera displaces the picture: right and down, in pixels.
   [[nodiscard]] cv::Point2d shift_at(int index) const {
-    if (settings.shake <= 0) return {0, 0};
+    const cv::Point2d pan(settings.pan.dx, settings.pan.dy);
+    if (settings.shake <= 0) return pan;
     const auto along = [&](std::uint64_t axis) {
       return std::clamp(normal(mixed(settings.seed, 311, static_cast<std::uint64_t>(index), axis)), -4.0, 4.0);
     };
-    return {settings.shake * along(0), settings.shake * along(1)};
+    return pan + cv::Point2d(settings.shake * along(0), settings.shake * along(1));
   }
 
   // What the light adds at a time, in 1/32 grey levels.
@@ -120,6 +156,10 @@ struct Performer::Film {
       std::copy(from, from + values, row.begin());
       return;
     }
+    if (settings.pan.zoom != 1) {
+      zoomed_row(y, shift, row);
+      return;
+    }
     const double source_x = margin - shift.x;
     const double source_y = y + margin - shift.y;
     const int x0 = static_cast<int>(std::floor(source_x));
@@ -135,8 +175,43 @@ struct Performer::Film {
     }
   }
 
+  // The same where the picture is enlarged about its centre, before it is displaced.
+  void zoomed_row(int y, cv::Point2d shift, std::vector<int>& row) const {
+    const double per_pixel = 1 / settings.pan.zoom;
+    const auto source = [&](int at, double displaced, int size) {
+      const double centre = (size - 1) / 2.0;
+      return margin + centre + (at - displaced - centre) * per_pixel;
+    };
+    const double source_y = source(y, shift.y, settings.size.height);
+    const int y0 = static_cast<int>(std::floor(source_y));
+    const int fy = static_cast<int>((source_y - y0) * 64);
+    const auto* upper = room.ptr<cv::Vec3s>(y0);
+    const auto* lower = room.ptr<cv::Vec3s>(y0 + 1);
+    for (int x = 0; x < settings.size.width; ++x) {
+      const double source_x = source(x, shift.x, settings.size.width);
+      const int x0 = static_cast<int>(std::floor(source_x));
+      const int fx = static_cast<int>((source_x - x0) * 64);
+      for (int c = 0; c < 3; ++c) {
+        const int above = upper[x0][c] * (64 - fx) + upper[x0 + 1][c] * fx;
+        const int below = lower[x0][c] * (64 - fx) + lower[x0 + 1][c] * fx;
+        row[static_cast<std::size_t>(3 * x + c)] = (above * (64 - fy) + below * fy) >> 12;
+      }
+    }
+  }
+
+  // What falls on everything: the light's colour and strength, and the exposure.
+  void light_row(std::vector<int>& row) const {
+    if (gain == cv::Vec3i(256, 256, 256)) return;
+    for (std::size_t i = 0; i + 2 < row.size(); i += 3) {
+      for (int c = 0; c < 3; ++c)
+        row[i + static_cast<std::size_t>(c)] = row[i + static_cast<std::size_t>(c)] * gain[c] >> 8;
+    }
+  }
+
   // Lays one row of the figure over the room and marks the mask.
-  void figure_row(int y, std::vector<int>& row, unsigned char* mask, bool& present) const {
+  void figure_row(int y, std::vector<int>& row, Performance& out) const {
+    auto* mask = out.mask.ptr<unsigned char>(y);
+    const std::array bare = {out.bare_arm[0].ptr<unsigned char>(y), out.bare_arm[1].ptr<unsigned char>(y)};
     const auto [first, last] = brush.extent(y);
     const int all = brush.samples_per_pixel();
     for (int x = first; x < last; ++x) {
@@ -148,7 +223,10 @@ struct Performer::Film {
       }
       if (2 * sum[3] >= all) {
         mask[x] = 255;
-        present = true;
+        out.present = true;
+        for (const auto side : {body::kLeft, body::kRight}) {
+          if (2 * brush.marked(x, y, kBareArmMark[side]) >= all) bare[side][x] = 255;
+        }
       }
     }
   }
@@ -177,7 +255,8 @@ struct Performer::Film {
   Script script;
   Look look;
   int margin;
-  cv::Mat room;  // see paint_room
+  cv::Mat room;    // see paint_room
+  cv::Vec3i gain;  // see gain_of
   std::vector<short> noise;
   std::unique_ptr<const DepthCamera> depth_camera;  // null: colour alone
   int empty_frames;
@@ -201,10 +280,12 @@ const PerformerSettings& Performer::settings() const { return film_->settings; }
 cv::Mat Performer::room() const {
   const auto& f = *film_;
   cv::Mat picture(f.settings.size, CV_8UC3);
+  std::vector<int> row(static_cast<std::size_t>(picture.cols) * 3);
   for (int y = 0; y < picture.rows; ++y) {
-    const auto* from = f.room.ptr<short>(y + f.margin) + static_cast<std::ptrdiff_t>(f.margin) * 3;
+    f.room_row(y, {f.settings.pan.dx, f.settings.pan.dy}, row);
+    f.light_row(row);
     auto* to = picture.ptr<unsigned char>(y);
-    for (int i = 0; i < picture.cols * 3; ++i) to[i] = to_byte(from[i]);
+    for (const int level : row) *to++ = to_byte(level);
   }
   return picture;
 }
@@ -215,6 +296,7 @@ Performance Performer::perform(int index) const {
   Performance out;
   out.bgr.create(f.settings.size, CV_8UC3);
   out.mask = cv::Mat::zeros(f.settings.size, CV_8UC1);
+  for (auto& arm : out.bare_arm) arm = cv::Mat::zeros(f.settings.size, CV_8UC1);
   const double seconds = index / f.settings.fps;
   out.time = from_seconds(seconds);
   const int played = index - f.empty_frames;
@@ -232,8 +314,9 @@ Performance Performer::perform(int index) const {
     if (shadow && y >= shadow->rows().first && y < shadow->rows().second) shadow->darken(y, row);
     const auto& box = f.brush.box();
     if (drawn && y >= box.y && y < box.y + box.height) {
-      f.figure_row(y, row, out.mask.ptr<unsigned char>(y), out.present);
+      f.figure_row(y, row, out);
     }
+    f.light_row(row);
     f.expose_row(index, y, light, row, out.bgr.ptr<unsigned char>(y));
   }
   if (f.depth_camera) {
@@ -241,6 +324,8 @@ Performance Performer::perform(int index) const {
   }
   if (out.present) {
     out.pose = *pose;
+    out.face = visible_face(f.brush, *pose, f.stage, shift);
+    out.sign = f.script.sign_at(played / f.settings.fps);
     const auto values = body::pose_values(*pose);
     for (std::size_t i = 0; i < values.size(); ++i) out.angles.emplace_back(body::pose_value_names()[i], values[i]);
   }

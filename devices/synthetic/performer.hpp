@@ -2,10 +2,12 @@
 // The synthetic performer: frames of a scripted figure with everything that is true of them.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -14,6 +16,7 @@
 #include "body/figure.hpp"
 #include "core/time.hpp"
 #include "devices/synthetic/look.hpp"
+#include "devices/synthetic/scene.hpp"
 #include "devices/synthetic/script.hpp"
 
 namespace choreo::devices::synthetic {
@@ -36,6 +39,15 @@ struct PerformerSettings {
   std::string build = "auto";      ///< See look.hpp for the names.
   std::string skin = "auto";
   std::string clothes = "auto";
+  std::string sleeves = "half";  ///< See scene.hpp for the names of these three.
+  std::string room = "plain";
+  std::string light = "neutral";
+  bool poster = false;  ///< A painted face on the wall.
+  bool flags = false;   ///< One in each hand.
+  double distance = 1;  ///< Factor on how far the performer stands, 0.6 to 2.5.
+  double place = 0;     ///< To the right, in widths of the picture, -0.35 to 0.35.
+  CameraPan pan;        ///< The camera stands elsewhere throughout.
+  double exposure = 1;  ///< Factor on everything but the noise, 0.5 to 1.5.
 
   /// @throws Error (usage) where a value is out of its range.
   void validate() const;
@@ -44,11 +56,14 @@ struct PerformerSettings {
 /// One frame and the truth about it.
 struct Performance {
   cv::Mat bgr;           ///< CV_8UC3.
-  cv::Mat mask;          ///< CV_8UC1, 255 where the body covers at least half the pixel, else 0.
+  cv::Mat mask;          ///< CV_8UC1, 255 where body and flags cover at least half the pixel, else 0.
   cv::Mat depth;         ///< CV_16UC1, mm, 0 where unknown (see DepthCamera); empty unless `settings.depth`.
   body::Pose pose;       ///< Standing where nobody is in the room.
   bool present = false;  ///< Some pixel of the mask is set.
-  Nanoseconds time{0};   ///< From the first frame.
+  cv::Rect2d face;       ///< Cheek to cheek, chin to hairline, px; empty where turned away or more than half hidden.
+  std::array<cv::Mat, 2> bare_arm;  ///< By body::Side: CV_8UC1, 255 where its bare skin covers at least half the pixel.
+  std::string_view sign;            ///< Held now by `semaphore` (SpelledSign's name); empty elsewhere and in between.
+  Nanoseconds time{0};              ///< From the first frame.
   std::vector<std::pair<std::string, double>> angles;  ///< Root in units of H, joints in degrees; empty if not present.
 };
 
@@ -70,7 +85,7 @@ class Performer {
   /// Index of the first frame after `empty`; its time in the script is 0.
   [[nodiscard]] int first_frame() const;
 
-  /// The room without body, noise or changes of light. CV_8UC3.
+  /// The room without body, noise, shake or changes of light. CV_8UC3.
   [[nodiscard]] cv::Mat room() const;
 
   /// @param index  from 0 to frame_count() - 1.

@@ -27,8 +27,19 @@ struct Stage {
 /// Grey levels are kept as multiples of 1/32 so that faint light changes do not step.
 inline constexpr int kLevelBits = 5;
 
-/// Plaster, panelling, pictures, skirting board and floor. CV_16SC3, in 1/32 grey levels, `margin` pixels larger on
+/// The stage of a figure that stands elsewhere in that room. Farther away (distance above 1) its feet rise towards the
+/// wall's foot; nearer the camera is raised, so that raised hands stay in the picture and the feet leave it.
+/// @param distance  factor; the figure is drawn with 1 / distance of the size.
+/// @param place     to the right, in widths of the picture.
+[[nodiscard]] Stage moved_stage(const Stage& stage, double distance, double place);
+
+/// The stage as a camera sees it whose picture is enlarged about its centre.
+[[nodiscard]] Stage zoomed_stage(const Stage& stage, double zoom);
+
+/// Plaster, panelling, furniture, skirting board and floor. CV_16SC3, in 1/32 grey levels, `margin` pixels larger on
 /// each side than the picture.
-[[nodiscard]] cv::Mat paint_room(const Stage& stage, const Look& look, std::uint64_t seed, int margin);
+/// @param anchored  the plaster is the same whatever the margin.
+[[nodiscard]] cv::Mat paint_room(const Stage& stage, const Look& look, const Scene& scene, std::uint64_t seed,
+                                 int margin, bool anchored);
 
 }  // namespace choreo::devices::synthetic

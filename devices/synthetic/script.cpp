@@ -98,7 +98,18 @@ Script::Script(std::string_view name, ScriptOptions options)
     : facts_(script_facts(name)), options_(std::move(options)), style_(style_of(options_.seed)) {
   const auto& entry = entry_of(name);
   if (entry.make != nullptr) move_ = entry.make(options_, style_);
-  if (facts_.name == "semaphore") facts_.duration = semaphore_duration(options_);
+  if (facts_.name == "semaphore") {
+    facts_.duration = semaphore_duration(options_);
+    signs_ = spelled(options_.text, options_.letters_per_minute);
+  }
+}
+
+std::string_view Script::sign_at(double seconds) const {
+  // The last that began before.
+  const auto after = std::upper_bound(signs_.begin(), signs_.end(), seconds,
+                                      [](double t, const SpelledSign& sign) { return t < sign.from; });
+  if (after == signs_.begin() || seconds > std::prev(after)->to) return {};
+  return std::prev(after)->sign.name;
 }
 
 std::optional<body::Pose> Script::pose_at(double seconds) const {

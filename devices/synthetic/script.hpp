@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "body/figure.hpp"
+#include "devices/synthetic/semaphore_script.hpp"
 
 namespace choreo::devices::synthetic {
 
@@ -75,6 +76,9 @@ class Script {
   /// Seconds; `facts().duration`, for semaphore what its text takes.
   [[nodiscard]] double duration() const { return facts_.duration; }
 
+  /// The sign that semaphore holds at a time; empty in between, and for other scripts.
+  [[nodiscard]] std::string_view sign_at(double seconds) const;
+
   /// The pose at a time from 0; nothing where nobody performs. Cycles go on for ever, other scripts rest at their end.
   [[nodiscard]] std::optional<body::Pose> pose_at(double seconds) const;
 
@@ -82,6 +86,7 @@ class Script {
   ScriptFacts facts_;
   ScriptOptions options_;
   Style style_;
+  std::vector<SpelledSign> signs_;          // of semaphore
   std::function<body::Pose(double)> move_;  // empty: nobody
 };
 

@@ -2,6 +2,7 @@
 #include "devices/synthetic/semaphore_script.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include <fmt/format.h>
 
@@ -13,6 +14,30 @@ namespace {
 
 constexpr double kRaise = 0.15;
 constexpr double kHold = 0.55;
+constexpr double kWave = 0.8;  // seconds
+
+// A sign that is a movement: both arms wave between two abductions, in degrees, beginning and ending at the first.
+struct Movement {
+  char character;
+  body::SemaphoreSign about;
+  double low, high;
+  int waves;
+};
+constexpr std::array<Movement, 2> kMovements = {{
+    {'^', {"ATTENTION", 4, 4}, 135, 208, 4},
+    {'~', {"ERROR", 6, 2}, 45, 135, 5},
+}};
+
+body::Pose pose_of(const SpelledSign& spelled, double t) {
+  auto pose = body::semaphore_pose(spelled.sign);
+  if (!spelled.moves) return pose;
+  const auto movement = std::find_if(kMovements.begin(), kMovements.end(),
+                                     [&](const auto& m) { return m.about.name == spelled.sign.name; });
+  const double since = std::clamp(t, spelled.from, spelled.to) - spelled.from;
+  const double up = 0.5 - 0.5 * wave_cos(phase_of(since, kWave));
+  for (auto& arm : pose.arm) arm = {movement->low + (movement->high - movement->low) * up, 0, 0, 0};
+  return pose;
+}
 
 }  // namespace
 
@@ -25,6 +50,11 @@ std::vector<SpelledSign> spelled(std::string_view text, double letters_per_minut
     signs.push_back({body::semaphore(name).value(), begin + kRaise * slot, begin + (kRaise + kHold) * slot});
     begin += slot;
   };
+  const auto wave = [&](const Movement& movement) {
+    const double held = movement.waves * kWave;
+    signs.push_back({movement.about, begin + kRaise * slot, begin + kRaise * slot + held, true});
+    begin += held + (1 - kHold) * slot;
+  };
   bool numerals = false;
   for (const char c : text) {
     const bool digit = c >= '0' && c <= '9';
@@ -33,7 +63,11 @@ std::vector<SpelledSign> spelled(std::string_view text, double letters_per_minut
     if (digit && !numerals) say("NUMERALS");
     if (letter && numerals) say("J");
     if (digit || letter) numerals = digit;
-    if (digit) {
+    const auto movement =
+        std::find_if(kMovements.begin(), kMovements.end(), [&](const auto& m) { return m.character == c; });
+    if (movement != kMovements.end()) {
+      wave(*movement);
+    } else if (digit) {
       say(std::string_view("KABCDEFGHI").substr(static_cast<std::size_t>(c - '0'), 1));
     } else if (letter) {
       say(std::string_view(&upper, 1));
@@ -45,7 +79,7 @@ std::vector<SpelledSign> spelled(std::string_view text, double letters_per_minut
       begin += slot / 2;
     } else {
       throw usage_error(fmt::format("semaphore cannot say the character with code {}", static_cast<unsigned char>(c)),
-                        {}, "text is letters, digits, spaces, # (NUMERALS) and ! (CANCEL)");
+                        {}, "text is letters, digits, spaces, # (NUMERALS), ! (CANCEL), ^ (ATTENTION) and ~ (ERROR)");
     }
     if (signs.size() > kMost) throw usage_error(fmt::format("the text is longer than {} signs", kMost));
   }
@@ -61,18 +95,17 @@ double semaphore_duration(const ScriptOptions& options) {
 Move make_semaphore(const ScriptOptions& options, const Style& style) {
   const auto signs = spelled(options.text, options.letters_per_minute);
   const double raise = kRaise * 60 / options.letters_per_minute;
-  const auto in_style = [style](const body::SemaphoreSign& sign) {
-    auto pose = body::semaphore_pose(sign);
+  const auto in_style = [style](body::Pose pose) {
     for (auto& leg : pose.leg) leg.abduction = style.stance;
     return pose;
   };
-  const auto rest = in_style(body::semaphore("REST").value());
+  const auto rest = in_style(body::semaphore_pose(body::semaphore("REST").value()));
   return [=](double t) {
     // The sign whose raising, holding or lowering is nearest; all before it is over.
     auto next = std::find_if(signs.begin(), signs.end(), [&](const auto& s) { return t < s.to + raise; });
     if (next == signs.end()) return body::grounded(rest);
     const double up = t < next->from ? eased((t - next->from + raise) / raise) : 1 - eased((t - next->to) / raise);
-    return body::grounded(body::blended(rest, in_style(next->sign), up));
+    return body::grounded(body::blended(rest, in_style(pose_of(*next, t)), up));
   };
 }
 

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "devices/synthetic/synthetic_source.hpp"
 
+#include <algorithm>
+#include <array>
+
 #include <fmt/format.h>
 
 #include "core/error.hpp"
@@ -21,6 +24,24 @@ cv::Size parse_size(const SourceUri& uri, const std::string& text) {
                       "size is WIDTHxHEIGHT in pixels, from 16x16 to 3840x2160 (default 640x480)");
   }
   return {static_cast<int>(*width), static_cast<int>(*height)};
+}
+
+synthetic::CameraPan parse_pan(const SourceUri& uri, const std::string& text) {
+  std::array<double, 3> values = {0, 0, 1};
+  std::size_t count = 0;
+  bool good = true;
+  for (std::size_t from = 0; good && from <= text.size(); ++count) {
+    const auto colon = std::min(text.find(':', from), text.size());
+    const auto value = count < values.size() ? parse_number(text.substr(from, colon - from)) : std::nullopt;
+    good = value.has_value();
+    if (good) values[count] = *value;
+    from = colon + 1;
+  }
+  if (!good || count < 2) {
+    throw usage_error(fmt::format("source \"{}\": pan is \"{}\"", uri.text, text), {},
+                      "pan is RIGHT:DOWN or RIGHT:DOWN:ZOOM, pixels from -64 to 64 and a factor from 0.9 to 1.1");
+  }
+  return {values[0], values[1], values[2]};
 }
 
 class SyntheticSource final : public Source {
@@ -78,6 +99,15 @@ PerformerRequest performer_request(const SourceUri& uri, SettingReader& settings
   s.build = settings.take_choice("build", s.build, synthetic::build_names());
   s.skin = settings.take_choice("skin", s.skin, synthetic::skin_names());
   s.clothes = settings.take_choice("clothes", s.clothes, synthetic::clothes_names());
+  s.sleeves = settings.take_choice("sleeves", s.sleeves, synthetic::sleeves_names());
+  s.room = settings.take_choice("room", s.room, synthetic::room_names());
+  s.light = settings.take_choice("light", s.light, synthetic::light_names());
+  s.poster = settings.take_flag("poster", s.poster);
+  s.flags = settings.take_flag("flags", s.flags);
+  s.distance = settings.take_number("distance", s.distance, 0.6, 2.5);
+  s.place = settings.take_number("place", s.place, -0.35, 0.35);
+  s.pan = parse_pan(uri, settings.take_text("pan", "0:0:1"));
+  s.exposure = settings.take_number("exposure", s.exposure, 0.5, 1.5);
   settings.refuse_the_rest();
   s.validate();
   return request;

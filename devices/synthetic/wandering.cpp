@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scripts without a motif: improvised small movements, and a walk through the picture.
+// Scripts without a motif: improvised small movements and dances, and a walk through the picture.
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 #include "devices/synthetic/chance.hpp"
 #include "devices/synthetic/limbs.hpp"
@@ -26,7 +28,75 @@ double wander(std::uint64_t seed, std::uint64_t channel, double t, double step) 
          6;
 }
 
+// Where the arms rest in a dance: never at a sign of the semaphore alphabet, which any two straight arms are that point
+// to different multiples of 45 degrees.
+std::array<body::ArmAngles, 2> resting_arms(std::uint64_t seed, std::uint64_t k) {
+  const auto chance = [&](std::uint64_t what) { return uniform(mixed(seed, 600 + what, k)); };
+  const auto between = [&](std::uint64_t what, double least, double most) {
+    return least + (most - least) * chance(what);
+  };
+  const auto off = [&](std::uint64_t what) { return (chance(what) < 0.5 ? -1 : 1) * between(what + 1, 18, 27); };
+  constexpr double kBent = 4;  // a straight arm's elbow
+  std::array<body::ArmAngles, 2> arms;
+  const double kind = chance(0);
+  if (kind < 0.75) {
+    for (const auto side : {kLeft, kRight}) {
+      const std::uint64_t c = 10 + 10 * side;
+      auto& arm = arms[side];
+      if (kind < 0.35) {
+        arm = {between(c, 5, 180), between(c + 1, -8, 25), 90, kBent};
+      } else {  // near a position
+        arm = {45 * std::floor(between(c, 0, 5)) + between(c + 1, -9, 9), 0, 90, kBent};
+      }
+    }
+    // At least one arm is well off every position.
+    const auto odd = chance(1) < 0.5 ? kLeft : kRight;
+    auto& abduction = arms[odd].abduction;
+    abduction = 45 * std::round(abduction / 45) + off(2);
+    if (abduction < -20) abduction += 45;
+  } else if (kind < 0.81) {
+    arms.fill({48, 0, -90, 95});  // hands on the hips
+  } else if (kind < 0.87) {
+    arms.fill({between(5, 95, 115), 0, 90, 125});  // behind the head
+  } else if (kind < 0.93) {
+    arms.fill({176, 0, 90, 2});  // both straight up
+  } else {
+    arms.fill({18, between(5, 30, 70), -60, 105});  // before the chest
+  }
+  return arms;
+}
+
 }  // namespace
+
+Move make_dancing(const ScriptOptions& options, const Style& style) {
+  const auto seed = options.seed;
+  return [=](double t) {
+    constexpr double kBeat = 1.7;  // seconds from posture to posture of the arms
+    const auto chance = [&](std::uint64_t what, std::uint64_t k) { return uniform(mixed(seed, 640 + what, k)); };
+    const auto w = [&](std::uint64_t channel, double step) {
+      return style.reach * wander(seed, 40 + channel, t, step);
+    };
+    const auto k = static_cast<std::uint64_t>(std::max(0.0, std::floor(t / kBeat)));
+    // Every posture is reached after a part of its beat, or only at its end: then the arms pass through it.
+    const double part = chance(0, k) < 0.3 ? 1 : 0.35 + 0.4 * chance(1, k);
+    const double moved = eased((t / kBeat - static_cast<double>(k)) / part);
+    Pose pose = standing(style);
+    Pose before = pose, after = pose;
+    if (k > 0) before.arm = resting_arms(seed, k);
+    after.arm = resting_arms(seed, k + 1);
+    pose.arm = body::blended(before, after, moved).arm;
+    sway(pose, 0.06 * w(0, 0.9));
+    pose.trunk_side = 9 * w(1, 0.8);
+    pose.trunk_twist = 10 * w(2, 1.1);
+    pose.neck_turn = 30 * w(3, 0.9);
+    pose.neck_side = 10 * w(4, 0.8);
+    // The arms keep their directions while the trunk leans.
+    pose.arm[kLeft].abduction += pose.trunk_side;
+    pose.arm[kRight].abduction -= pose.trunk_side;
+    for (const auto side : {kLeft, kRight}) dip(pose.leg[side], 12 + 20 * w(5 + side, 0.7));
+    return body::grounded(pose);
+  };
+}
 
 Move make_idle(const ScriptOptions& options, const Style& style) {
   const auto seed = options.seed;

@@ -172,6 +172,7 @@ void TakeFile::add_marks(const AVPacket& packet) {
   const std::string_view lines(reinterpret_cast<const char*>(packet.data),
                                static_cast<std::size_t>(std::max(packet.size, 0)));
   for (const auto& mark : marks_of(lines)) {
+    if (mark.kind == kLateFaceMark) late_faces_.insert(mark.sequence);
     if (mark.kind != kProcessedMark || (last_marked_ && mark.sequence <= *last_marked_)) continue;
     processed_.insert(mark.sequence);
     last_marked_ = mark.sequence;
@@ -196,6 +197,8 @@ std::optional<StoredFrame> TakeFile::next(const std::stop_token& stop, bool want
       frames_.pop_front();
       for (const auto& packet : frame.packets) waiting_bytes_ -= packet ? static_cast<std::size_t>(packet->size) : 0;
       fate_ = fate_of(frame.stamp.sequence);
+      late_face_ = late_faces_.contains(frame.stamp.sequence);
+      late_faces_.erase(late_faces_.begin(), late_faces_.upper_bound(frame.stamp.sequence));
       processed_.erase(processed_.begin(), processed_.upper_bound(frame.stamp.sequence));
       if (frame.is_whole()) return frame;
       // One picture whose other was damaged is no further damage.

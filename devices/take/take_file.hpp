@@ -59,6 +59,8 @@ class TakeFile {
   [[nodiscard]] std::optional<StoredFrame> next(const std::stop_token& stop, bool want_fate);
   /// Of the frame that `next` gave last.
   [[nodiscard]] Fate fate() const { return fate_; }
+  /// Likewise, where its fate was wanted: the run marked it as one with a late detection of faces.
+  [[nodiscard]] bool late_face() const { return late_face_; }
 
   [[nodiscard]] std::uint64_t damaged() const { return damaged_; }
   /// Of the last picture that was read, since the first, to 1 ms.
@@ -94,8 +96,10 @@ class TakeFile {
   std::size_t waiting_bytes_ = 0;   // Of frames_.
   std::optional<Stamp> last_;
   std::set<std::uint64_t> processed_;  // Marked, and not given yet.
+  std::set<std::uint64_t> late_faces_;
   std::optional<std::uint64_t> last_marked_;
   Fate fate_ = Fate::kUnknown;
+  bool late_face_ = false;
   std::uint64_t damaged_ = 0;
   std::uint64_t lost_parts_ = 0;  // Of these, blocks whose frame is unknown.
   Nanoseconds last_time_{0};

@@ -19,8 +19,8 @@ void HistoryStage::process(Observation& observation) {
   observation.z_row.resize(rows);
   observation.zstar_row.resize(rows);
   const auto start = clock_.now();
-  history_.append(observation.state.get(), observation.z_row, observation.zstar_row);
-  if (cost_ != nullptr && observation.state) cost_->add(clock_.now() - start, full_);
+  const bool body = append_(observation, observation.z_row, observation.zstar_row);
+  if (cost_ != nullptr && body) cost_->add(clock_.now() - start, full_);
 }
 
 }  // namespace choreo::pipeline

@@ -3,11 +3,15 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <memory>
+#include <span>
+#include <utility>
 
 #include "pipeline/latency.hpp"
 #include "pipeline/stage.hpp"
 #include "similarity/mask_history.hpp"
+#include "similarity/particle_history.hpp"
 
 namespace choreo::pipeline {
 
@@ -34,13 +38,31 @@ class HistoryStage final : public Stage {
   /// @param history  may begin with states of its own, whose times nobody knows: they go by number alone.
   /// @param cost  may be null.
   HistoryStage(similarity::MaskHistory& history, Nanoseconds length, const Clock& clock, RowCost* cost)
-      : history_(history), length_(length), clock_(clock), cost_(cost) {}
+      : HistoryStage(history, length, clock, cost, [&history](const Observation& o, Row z, Row zstar) {
+          history.append(o.state.get(), z, zstar);
+          return o.state != nullptr;
+        }) {}
+
+  /// Likewise of the particle states: a frame without one is a gap.
+  HistoryStage(similarity::ParticleHistory& history, Nanoseconds length, const Clock& clock, RowCost* cost)
+      : HistoryStage(history, length, clock, cost, [&history](const Observation& o, Row z, Row zstar) {
+          history.append(o.particles ? &*o.particles : nullptr, z, zstar);
+          return o.particles.has_value();
+        }) {}
 
   [[nodiscard]] std::string name() const override { return "compare"; }
   void process(Observation& observation) override;
 
  private:
-  similarity::MaskHistory& history_;
+  using Row = std::span<float>;
+  // Appends an observation's state to the history; whether it had one.
+  using Append = std::function<bool(const Observation&, Row z, Row zstar)>;
+
+  HistoryStage(similarity::History& history, Nanoseconds length, const Clock& clock, RowCost* cost, Append append)
+      : history_(history), append_(std::move(append)), length_(length), clock_(clock), cost_(cost) {}
+
+  similarity::History& history_;
+  Append append_;
   Nanoseconds length_;
   const Clock& clock_;
   RowCost* cost_;

@@ -5,6 +5,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "vision/runs.hpp"
+
 namespace choreo::body {
 namespace {
 
@@ -25,15 +27,13 @@ MaskState::MaskState(const cv::Mat& mask) {
   int y0 = mask.rows;
   int y1 = -1;
   for (int y = 0; y < mask.rows; ++y) {
-    const auto* line = mask.ptr<std::uint8_t>(y);
     std::int64_t in_row = 0;
-    for (int x = 0; x < mask.cols; ++x) {
-      if (line[x] == 0) continue;
-      ++in_row;
-      sum_x += x;
-      x0 = std::min(x0, x);
-      x1 = std::max(x1, x);
-    }
+    vision::for_each_run(mask.ptr<std::uint8_t>(y), mask.cols, [&](int from, int to) {
+      in_row += to - from;
+      sum_x += (std::int64_t{to} * (to - 1) - std::int64_t{from} * (from - 1)) / 2;
+      x0 = std::min(x0, from);
+      x1 = std::max(x1, to - 1);
+    });
     if (in_row == 0) continue;
     area_ += in_row;
     sum_y += in_row * y;
@@ -50,10 +50,9 @@ MaskState::MaskState(const cv::Mat& mask) {
   row_words_ = (std::size_t(box_.width) + 63) / 64;
   words_.assign(row_words_ * std::size_t(box_.height), 0);
   for (int y = y0; y <= y1; ++y) {
-    const auto* line = mask.ptr<std::uint8_t>(y);
-    for (int x = x0; x <= x1; ++x) {
-      if (line[x] != 0) set(x - center_.x, y - center_.y);
-    }
+    vision::for_each_run(mask.ptr<std::uint8_t>(y), mask.cols, [&](int from, int to) {
+      for (int x = from; x < to; ++x) set(x - center_.x, y - center_.y);
+    });
   }
 }
 

@@ -7,11 +7,15 @@
 namespace choreo::body {
 namespace {
 
-double reached(std::vector<double> lengths, double vitruvian) {
+double held(std::vector<double> lengths) {
   const auto rank = std::max<std::size_t>(2, lengths.size() / 50);
   const auto nth = lengths.begin() + std::ptrdiff_t(rank);
   std::nth_element(lengths.begin(), nth, lengths.end(), std::greater<>());
-  return std::clamp(*nth, vitruvian / 2, 2 * vitruvian);
+  return *nth;
+}
+
+double kept(double reached, double vitruvian, double factor) {
+  return std::clamp(reached, vitruvian / factor, factor * vitruvian);
 }
 
 }  // namespace
@@ -22,10 +26,16 @@ void ParticleCalibration::add(const ParticleParts& parts) {
   c_.push_back(std::max(parts.c[0].norm(), parts.c[1].norm()));
 }
 
+ParticleBounds ParticleCalibration::reached() const {
+  if (frames() < kLeastFrames) return {};
+  return {held(alpha_), held(c_), held(eta_)};
+}
+
 ParticleBounds ParticleCalibration::bounds() const {
   const ParticleBounds vitruvian;
-  if (frames() < kLeastFrames) return vitruvian;
-  return {reached(alpha_, vitruvian.alpha_max), reached(c_, vitruvian.c_max), reached(eta_, vitruvian.eta_max)};
+  const auto far = reached();
+  return {kept(far.alpha_max, vitruvian.alpha_max, 2), kept(far.c_max, vitruvian.c_max, 4),
+          kept(far.eta_max, vitruvian.eta_max, 2)};
 }
 
 }  // namespace choreo::body

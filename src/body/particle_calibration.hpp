@@ -12,7 +12,8 @@ namespace choreo::body {
 /// Collects states while the performer stretches the arms to all sides, and gives the bounds that they reached.
 ///
 /// A bound is the largest length that was reached in more than 2 % of the frames, and in at least three: a wild frame
-/// or two are no stretch. It is kept between half and twice the Vitruvian one: who stood still has not stretched.
+/// or two are no stretch. It is kept between half and twice the Vitruvian one, and c, which grows with an arm's length
+/// squared, between a quarter and four times: who stood still has not stretched.
 /// @source Performance Physics, 5.8.
 class ParticleCalibration {
  public:
@@ -21,8 +22,11 @@ class ParticleCalibration {
 
   [[nodiscard]] std::size_t frames() const { return alpha_.size(); }
 
-  /// The defaults while there are fewer than kLeastFrames.
+  /// What was reached, as it is; the defaults while there are fewer than kLeastFrames.
   /// @cost O(frames).
+  [[nodiscard]] ParticleBounds reached() const;
+
+  /// The same, kept near the defaults.
   [[nodiscard]] ParticleBounds bounds() const;
 
   static constexpr std::size_t kLeastFrames = 15;  ///< Half a second.

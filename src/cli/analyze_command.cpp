@@ -10,10 +10,13 @@
 
 #include "cli/commands.hpp"
 #include "cli/kept_states.hpp"
+#include "cli/picture_set_results.hpp"
 #include "cli/preparation.hpp"
 #include "cli/recording.hpp"
 #include "cli/results.hpp"
+#include "cli/signal_chain.hpp"
 #include "cli/source_options.hpp"
+#include "outputs/particles_csv.hpp"
 #include "pipeline/stages/silhouette_stages.hpp"
 #include "pipeline/steady_clock.hpp"
 
@@ -22,8 +25,11 @@ namespace {
 
 struct AnalyzeOptions {
   SourceOptions source;
+  SignalOptions signals;
   std::string out;
   std::vector<std::string> save;
+
+  [[nodiscard]] bool saves(const char* what) const { return std::find(save.begin(), save.end(), what) != save.end(); }
 };
 
 constexpr auto kManual = R"(
@@ -36,6 +42,13 @@ What it writes into DIR:
   times.npy      float64, N: seconds since the source's first frame
   frames.csv     one row a frame: body, area, centroid, box, motion, symmetry
   masks.npy      with --save masks: uint8 0/1, N x H x W
+  particles.csv  with --save particles: one row a frame: face, arms and the
+                 particle state, in face widths
+  letters.json   with --recognise semaphore: letters with times, and the text
+A set of pictures (a folder whose names are no numbered sequence, or with
+?stills=1) read with --recognise semaphore gives instead:
+  letters.json   the letter that each picture shows, or null
+  pictures.png   all pictures with what was seen of the arms
   summary.json   source, sizes, settings, warnings, timings
 Nothing is written under these names before all of it is complete.
 
@@ -45,6 +58,8 @@ Examples:
   choreoscope analyze long.mkv --out out/long --every 5 --span 60:180
   choreoscope analyze 'synthetic://jumping-jacks?seed=3' --out out/jacks
   choreoscope analyze clip.mkv --out out/clip --set mask.threshold=18
+  choreoscope analyze signals.mp4 --out out/signals --recognise semaphore
+  choreoscope analyze photographs --out out/photos --recognise semaphore
 
 Exit status: 0 done, 1 failed while running, 2 refused (usage, configuration,
 source), 130 interrupted: what was computed until then is written.)";
@@ -54,17 +69,33 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   const pipeline::SteadyClock clock;
   const auto config = options.source.configuration();
   const auto& settings = config.options();
-  const bool save_masks = std::find(options.save.begin(), options.save.end(), "masks") != options.save.end();
-  Preparation prepared(options.source, settings, session, clock);
+  const bool save_masks = options.saves("masks");
+  const bool save_particles = options.saves("particles");
+  Preparation prepared(options.source, settings, session, clock, false, options.signals.reads());
   auto& summary = prepared.summary;
   const auto& stop = prepared.stop;
   if (options.out.empty()) throw usage_error("is empty", "--out", "name the folder to write to");
+  if (summary.source.stills && options.signals.reads()) {
+    return analyze_pictures(*prepared.source, *load_faces(settings), picture_options(settings), options.out, session);
+  }
   outputs::OutputSet files(options.out);
-  announce_files(summary, files, settings, save_masks);
+  std::vector<std::string> more;
+  if (save_masks) more.emplace_back("masks.npy");
+  if (save_particles) more.emplace_back("particles.csv");
+  if (options.signals.reads()) more.emplace_back("letters.json");
+  announce_files(summary, files, settings, more);
   const auto frames = expected_frames(summary, prepared.selection, std::size_t(settings.matrix_rows));
   files.require_space(space_for(frames, save_masks ? summary.working_size : cv::Size()),
                       fmt::format("the matrices of {} frames", frames));
+  // Files that cannot be used are refused before anything is read.
+  std::optional<SignalChain> chain;
+  if (options.signals.particles() || options.signals.reads() || save_particles) {
+    chain.emplace(settings, options.signals.reads(), nullptr);
+  }
   auto masker = prepared.learn();
+  SignalTally tally;
+  const bool arms = chain && prepared.has_colour();
+  if (chain && !arms) tally.no_colour();
   // Said at once, whatever is being done: people press again where nothing answers.
   const std::stop_callback answer(
       stop, [&] { console.warn("interrupted: what was read is finished and written; again to leave nothing"); });
@@ -73,18 +104,25 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   if (save_masks) masks.emplace(files.add("masks.npy"), summary.working_size);
   // Files lie about their length and spans reach beyond it: the bar is for people, and need not be exact.
   const auto end = std::min(summary.source.duration.value_or(Nanoseconds::max()), prepared.selection.to);
-  const auto seen = [&](Nanoseconds time) {
+  const auto seen = [&](const pipeline::Observation& o) {
+    if (arms) tally.add(o);
     const auto to_do = to_seconds(end - prepared.selection.from);
     console.progress("reading frames",
-                     end == Nanoseconds::max() ? -1.0 : to_seconds(time - prepared.selection.from) / to_do);
+                     end == Nanoseconds::max() ? -1.0 : to_seconds(o.time - prepared.selection.from) / to_do);
   };
   std::vector<std::unique_ptr<pipeline::Stage>> stages;
   stages.push_back(std::make_unique<pipeline::PictureStage>(summary.working_size, masker.uses_depth()));
   stages.push_back(std::make_unique<pipeline::MaskStage>(std::move(masker)));
   stages.push_back(std::make_unique<pipeline::StateStage>(settings.motion_window_s));
-  KeptMasks states(prepared.kernel);
+  if (arms) chain->add_to(stages);
+  std::unique_ptr<KeptStates> states;
+  if (arms && options.signals.particles()) {
+    states = std::make_unique<KeptParticles>();
+  } else {
+    states = std::make_unique<KeptMasks>(prepared.kernel);
+  }
   auto owned_record = std::make_unique<RecordStage>(
-      states, std::size_t(settings.matrix_rows),
+      *states, save_particles, std::size_t(settings.matrix_rows),
       ThumbnailKeeper(settings.plot.thumbnails, settings.plot.thumbnails_at_s), masks ? &*masks : nullptr, seen);
   auto& record = *owned_record;
   stages.push_back(std::move(owned_record));
@@ -99,15 +137,23 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   }
 
   summary.thinned_to_every = record.kept_every();
-  const auto comparer = states.comparer();
-  summary.canvas = states.canvas();
+  const auto comparer = states->comparer();
+  summary.canvas = states->canvas();
   summary.sudden_changes_s = record.sudden_changes_s();
   summary.inferred = record.inferred();
-  write_results(
-      summary, config, *comparer,
-      {record.rows(), record.thumbnails().chosen(), record.bodies(), record.cut_bodies(), prepared.source->warnings()},
-      masks ? &*masks : nullptr, files, session, clock);
+  if (save_particles) {
+    outputs::write_file(files.add("particles.csv"), outputs::particles_csv(record.particle_rows()));
+  }
+  if (options.signals.reads()) {
+    chain->finish();
+    outputs::write_file(files.add("letters.json"), letters_json(*chain));
+  }
+  write_results(summary, config, *comparer,
+                {record.rows(), record.thumbnails().chosen(), record.bodies(), record.cut_bodies(),
+                 prepared.source->warnings(), tally.warnings(settings)},
+                masks ? &*masks : nullptr, files, session, clock);
   tell_results(summary, files, console);
+  if (chain && chain->semaphore() != nullptr) fmt::print("{}\n", chain->semaphore()->text());
   // Also where all frames were read before: whoever stops a batch wants the batch to stop.
   return stop.stop_requested() ? kInterrupted : kDone;
 }
@@ -118,13 +164,14 @@ void declare_analyze(CLI::App& app, Command& chosen) {
   auto options = std::make_shared<AnalyzeOptions>();
   auto* command = app.add_subcommand("analyze", "turn a recording into its Z and Z* plots, matrices and tables");
   options->source.declare(*command);
+  options->signals.declare(*command);
   command->add_option("--out", options->out, "the folder to write to; made where it is missing")
       ->required()
       ->type_name("DIR");
-  command->add_option("--save", options->save, "also write: masks")
+  command->add_option("--save", options->save, "also write: masks, particles; may be repeated")
       ->type_name("WHAT")
       ->allow_extra_args(false)
-      ->check(CLI::IsMember({"masks"}));
+      ->check(CLI::IsMember({"masks", "particles"}));
   command->footer(kManual);
   command->callback(
       [options, &chosen] { chosen = [options](Session& session) { return analyze(*options, session); }; });

@@ -30,8 +30,10 @@ using Command = std::function<int(Session&)>;
 void declare_analyze(CLI::App& app, Command& chosen);
 void declare_live(CLI::App& app, Command& chosen);
 void declare_record(CLI::App& app, Command& chosen);
+void declare_calibrate(CLI::App& app, Command& chosen);
 void declare_synth(CLI::App& app, Command& chosen);
 void declare_devices(CLI::App& app, Command& chosen);
+void declare_tones(CLI::App& app, Command& chosen);
 void declare_config(CLI::App& app, Command& chosen);
 
 }  // namespace choreo::cli

@@ -34,13 +34,13 @@ Example:
   choreoscope config check my.toml)";
 
 struct ConfigOptions {
-  std::string file;
+  std::vector<std::string> files;
   std::vector<std::string> assignments;
 };
 
 config::Config load(const ConfigOptions& options) {
   config::Config config;
-  if (!options.file.empty()) config.load_file(find_configuration(options.file));
+  for (const auto& file : options.files) config.load_file(find_configuration(file));
   for (const auto& assignment : options.assignments) config.set(assignment);
   return config;
 }
@@ -54,7 +54,9 @@ void declare_config(CLI::App& app, Command& chosen) {
 
   auto show = std::make_shared<ConfigOptions>();
   auto* show_command = command->add_subcommand("show", "print every setting: meaning, range, value, origin; as TOML");
-  show_command->add_option("--config", show->file, "settings from a TOML file or a preset")->type_name("FILE");
+  show_command->add_option("--config", show->files, "settings from a TOML file or a preset; may be repeated")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
   show_command->add_option("--set", show->assignments, "one setting; may be repeated")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
@@ -69,12 +71,12 @@ void declare_config(CLI::App& app, Command& chosen) {
 
   auto check = std::make_shared<ConfigOptions>();
   auto* check_command = command->add_subcommand("check", "say whether a configuration file is right");
-  check_command->add_option("FILE", check->file, "a TOML file")->required();
+  check_command->add_option("FILE", check->files.emplace_back(), "a TOML file")->required();
   check_command->footer(kCheckExamples);
   check_command->callback([check, &chosen] {
     chosen = [check](Session&) {
       (void)load(*check);
-      fmt::print("{}: ok\n", check->file);
+      fmt::print("{}: ok\n", check->files.front());
       return kDone;
     };
   });

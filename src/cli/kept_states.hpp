@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "pipeline/observation.hpp"
@@ -51,6 +52,18 @@ class KeptMasks final : public KeptStates {
   similarity::AndCountKernel kernel_;
   std::vector<std::unique_ptr<const body::MaskState>> states_;
   cv::Size canvas_;
+};
+
+/// Faces with two arms.
+class KeptParticles final : public KeptStates {
+ public:
+  void add(pipeline::Observation& observation) override { states_.push_back(observation.particles); }
+  void keep_every_second() override { cli::keep_every_second(states_); }
+  [[nodiscard]] std::size_t size() const override { return states_.size(); }
+  [[nodiscard]] std::unique_ptr<const similarity::Comparer> comparer() override;
+
+ private:
+  std::vector<std::optional<body::ParticleState>> states_;
 };
 
 }  // namespace choreo::cli

@@ -10,28 +10,30 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
 
 #include "cli/commands.hpp"
+#include "cli/live_history.hpp"
 #include "cli/live_record.hpp"
 #include "cli/memory.hpp"
 #include "cli/preparation.hpp"
 #include "cli/results.hpp"
+#include "cli/signal_chain.hpp"
 #include "cli/source_options.hpp"
 #include "cli/take_recording.hpp"
 #include "outputs/live_window.hpp"
+#include "outputs/signal_overlay.hpp"
 #include "pipeline/pacing.hpp"
-#include "pipeline/stages/history_stage.hpp"
 #include "pipeline/stages/silhouette_stages.hpp"
 #include "pipeline/steady_clock.hpp"
 #include "pipeline/working_size.hpp"
-#include "similarity/mask_comparer.hpp"
-#include "similarity/mask_history.hpp"
 
 namespace choreo::cli {
 namespace {
 
 struct LiveOptions {
   SourceOptions source;
+  SignalOptions signals;
   std::string pace = "live";
   std::string history = "10min";
   bool headless = false;
@@ -43,8 +45,9 @@ struct LiveOptions {
 constexpr auto kManual = R"(
 Every frame is compared with the frames of the last minutes, once for Z and Z*
 together, and the triangle in the window scrolls. Settings that differ from
-those of analyze: working.rows is 120 and background.from is "first:2s" where
-nothing else is said (--set, --config, --background).
+those of analyze: working.rows is 120 (480 with --state particles) and
+background.from is "first:2s" where nothing else is said (--set, --config,
+--background).
 
   --pace live    as a camera: the newest frame wins, what it overtakes is
                  counted as dropped; a recording is played at its own time,
@@ -67,15 +70,36 @@ With --record TAKE.mkv everything that the source gives is recorded as it came
   choreoscope live 'TAKE.mkv?frames=processed' --pace max ...
 with the same settings gives the same results to the last bit.
 
-The history takes 5 MB a minute at 30 frames a second and 120 rows of 160.
+The history takes 5 MB a minute at 30 frames a second and 120 rows of 160; of
+particles 0.1 MB.
+
+With --recognise semaphore the letter that is shown stands over the picture, and
+the text below it. Look at the camera for three seconds first, with bare
+forearms: the colour of the skin is learned from the face.
 
 Examples:
   choreoscope live rehearsal.mp4
   choreoscope live 'synthetic://jumping-jacks?duration=60' --history 1min
   choreoscope live show.mkv --headless --pace max --out out/show
+  choreoscope live v4l2:// --recognise semaphore
 
 Exit status: 0 done or the window was closed, 1 failed while running, 2 refused,
 130 interrupted: what is in the history is written.)";
+
+// What there is of somebody, in a few words.
+std::string seen_of(const pipeline::Observation& o) {
+  if (o.mask.learning) return "learning the wall";
+  if (!o.state) return "no body";
+  if (std::isfinite(o.zstar_row.back())) return fmt::format("Z*(t,t) {:.2f}", o.zstar_row.back());
+  switch (o.arms.found) {
+    case vision::ArmCase::kNoFace:
+      return "no face";
+    case vision::ArmCase::kNoArm:
+      return "no arms";
+    default:
+      return "one arm";
+  }
+}
 
 // What the window says beside the key, twice a second.
 class FigureLines {
@@ -91,9 +115,7 @@ class FigureLines {
     frames_ = 0;
     const auto latency = monitor_.latency();
     std::vector<std::string> lines;
-    lines.push_back(o.mask.learning ? "learning the wall"
-                    : o.state       ? fmt::format("Z*(t,t) {:.2f}", o.zstar_row.back())
-                                    : "no body");
+    lines.push_back(seen_of(o));
     if (rate > 0) lines.push_back(fmt::format("{:.1f} frames/s", rate));
     lines.push_back(
         fmt::format("latency {:.1f} ms, p99 {:.1f} ms", 1e3 * to_seconds(latency.p50), 1e3 * to_seconds(latency.p99)));
@@ -166,6 +188,7 @@ std::unique_ptr<outputs::LiveWindow> open_window(const LiveOptions& options, con
   outputs::LiveWindowOptions window;
   window.title = summary.source.name + " - choreoscope";
   window.full_screen = options.full_screen;
+  if (options.signals.reads()) window.leading = outputs::Leading::kVideo;  // Its letter is read from across a room.
   window.video = summary.source.size;
   window.history_s = to_seconds(history);
   window.on_close = [&closed] { closed.request_stop(); };
@@ -204,24 +227,40 @@ int live(const LiveOptions& options, Session& session) {
   const pipeline::SteadyClock clock;
   const auto pace = pipeline::parse_pace(options.pace);
   const auto length = history_length(options);
-  const auto config =
-      options.source.configuration({{"working.rows", "120"}, {"background.from", "first:2s"}}, "default of live");
+  const auto config = options.source.configuration(
+      {{"working.rows", options.signals.particles() ? "480" : "120"}, {"background.from", "first:2s"}},
+      "default of live");
   const auto& settings = config.options();
   Preparation prepared(options.source, settings, session, clock, !options.record.empty());
   auto& summary = prepared.summary;
   std::optional<outputs::OutputSet> files;
   if (!options.out.empty()) {
     files.emplace(options.out);
-    announce_files(summary, *files, settings, false);
+    std::vector<std::string> more;
+    if (options.signals.reads()) more.emplace_back("letters.json");
+    announce_files(summary, *files, settings, more);
   }
   const auto capacity = ring_capacity(length, summary.source.nominal_fps / double(summary.every));
-  require_memory(options, capacity * similarity::MaskHistory(summary.working_size, 1, prepared.kernel).bytes_per_row());
+  require_memory(options, capacity * LiveHistory::bytes_per_row(options.signals.particles(), summary.working_size,
+                                                                prepared.kernel));
   if (files) {
     const auto expected = expected_frames(summary, prepared.selection, capacity);
     const auto frames = expected > 0 ? expected : capacity;
     files->require_space(space_for(frames, {}), fmt::format("the matrices of {} frames", frames));
   }
-  const auto take = start_recording(options, summary.source, config.values(), console);
+  const bool keeps_up = pace == pipeline::Pace::kLive || summary.source.live;
+  std::unique_ptr<outputs::TakeWriter> take;
+  std::optional<SignalChain> chain;
+  if (options.signals.particles() || options.signals.reads()) {
+    std::function<void(std::uint64_t)> on_late;  // What does not keep up with a camera waits for faces, too.
+    if (keeps_up) {
+      on_late = [&take](std::uint64_t frame) {
+        if (take) take->late_face(frame);
+      };
+    }
+    chain.emplace(settings, options.signals.reads(), std::move(on_late));
+  }
+  take = start_recording(options, summary.source, config.values(), console);
   tell_other_settings(summary.source, config.values(), console);
   // A device gives its frames once, a recording anew after the background is learned.
   const auto record_source = [&] {
@@ -237,7 +276,11 @@ int live(const LiveOptions& options, Session& session) {
     }
   }();
 
-  similarity::MaskHistory history(summary.working_size, capacity, prepared.kernel);
+  SignalTally tally;
+  const bool arms = chain && prepared.has_colour();
+  if (chain && !arms) tally.no_colour();
+  const bool particles = arms && options.signals.particles();
+  LiveHistory history(particles, summary.working_size, capacity, prepared.kernel);
   pipeline::RowCost row_cost;
   pipeline::RunMonitor monitor;
   const auto report = [&] {
@@ -264,10 +307,17 @@ int live(const LiveOptions& options, Session& session) {
   FigureLines figures(monitor);
   const auto show = [&](const pipeline::Observation& o) {
     if (take) take->processed(o.frame->sequence);
+    if (arms) tally.add(o);
     if (!window) return;
     constexpr int kShownRows = 480;  // More pixels than the video's corner of the page has.
-    window->show(pipeline::at_working_size(o.frame->bgr, pipeline::working_size(o.frame->bgr.size(), kShownRows)),
-                 o.mask.mask, to_seconds(o.time), o.z_row, o.zstar_row);
+    auto picture = pipeline::at_working_size(o.frame->bgr, pipeline::working_size(o.frame->bgr.size(), kShownRows));
+    if (arms) {
+      // Type that is drawn into few pixels is ragged in a large window.
+      const auto size = picture.size() * kShownRows / picture.rows;
+      if (picture.rows < kShownRows) cv::resize(picture, picture, size, 0, 0, cv::INTER_LINEAR);
+      picture = outputs::drawn_over(picture, overlay_of(o, picture.size()));
+    }
+    window->show(picture, o.mask.mask, to_seconds(o.time), o.z_row, o.zstar_row);
     if (auto lines = figures.next(o, clock.now())) window->tell(std::move(*lines));
   };
 
@@ -275,9 +325,10 @@ int live(const LiveOptions& options, Session& session) {
   stages.push_back(std::make_unique<pipeline::PictureStage>(summary.working_size, masker.uses_depth()));
   stages.push_back(std::make_unique<pipeline::MaskStage>(std::move(masker)));
   stages.push_back(std::make_unique<pipeline::StateStage>(settings.motion_window_s));
-  stages.push_back(std::make_unique<pipeline::HistoryStage>(history, length, clock, &row_cost));
-  auto owned_record =
-      std::make_unique<LiveRecordStage>(ThumbnailKeeper(settings.plot.thumbnails, settings.plot.thumbnails_at_s), show);
+  if (arms) chain->add_to(stages);
+  stages.push_back(history.stage(length, clock, &row_cost));
+  auto owned_record = std::make_unique<LiveRecordStage>(
+      ThumbnailKeeper(settings.plot.thumbnails, settings.plot.thumbnails_at_s), particles, show);
   auto& record = *owned_record;
   stages.push_back(std::move(owned_record));
 
@@ -290,8 +341,7 @@ int live(const LiveOptions& options, Session& session) {
   pipeline::RunnerOptions run;
   run.threads = summary.threads;
   run.queue_capacity = 2;  // A few frames in flight: each waiting one is a frame time of latency.
-  run.at_reader = pace == pipeline::Pace::kLive || summary.source.live ? pipeline::Overflow::kDropOldest
-                                                                       : pipeline::Overflow::kBlock;
+  run.at_reader = keeps_up ? pipeline::Overflow::kDropOldest : pipeline::Overflow::kBlock;
   run.monitor = &monitor;
   summary.run = pipeline::run(*prepared.source, prepared.selection, stages, run, clock, ended.get_token());
   std::exception_ptr recording_problem;
@@ -305,8 +355,10 @@ int live(const LiveOptions& options, Session& session) {
     recording_problem = std::current_exception();
   }
   summary.run.interrupted = prepared.stop.stop_requested();
-  summary.live = LiveSummary{options.pace,           to_seconds(length), history.capacity(), history.bytes_per_row(),
-                             history.memory_bytes(), history.size(),     row_cost.full(),    row_cost.filling()};
+  const auto& ring = history.ring();
+  summary.live = LiveSummary{options.pace,        to_seconds(length), ring.capacity(), ring.bytes_per_row(),
+                             ring.memory_bytes(), ring.size(),        row_cost.full(), row_cost.filling()};
+  if (chain) chain->finish();
 
   if (summary.run.frames > 0) {
     for (const auto& line : live_table(summary)) console.say(line);
@@ -314,28 +366,28 @@ int live(const LiveOptions& options, Session& session) {
   // What was seen until a failure is worth as much as what was seen until Ctrl-C; unless it was the last stage that
   // failed, which then lacks rows that the history has.
   const auto& ran = summary.run.stages;
-  const bool whole = ran[ran.size() - 2].frames == ran.back().frames && history.size() == record.rows().size();
+  const bool whole = ran[ran.size() - 2].frames == ran.back().frames && ring.size() == record.rows().size();
   summary.sudden_changes_s = record.sudden_changes_s();
   summary.inferred = record.inferred();
   const auto gathered = [&]() -> Gathered {
-    return {record.rows(), {}, record.bodies(), record.cut_bodies(), prepared.source->warnings()};
+    return {record.rows(),           {}, record.bodies(), record.cut_bodies(), prepared.source->warnings(),
+            tally.warnings(settings)};
   };
-  if (!files && history.size() > 0) {
+  if (!files && ring.size() > 0) {
     sum_up(summary, settings, gathered());
     tell_frames(summary, console);
-  } else if (files && whole && history.size() > 0) {
-    std::vector<std::unique_ptr<const body::MaskState>> states;
-    for (std::size_t age = 0; age < history.size(); ++age) states.push_back(history.state(age));
-    const similarity::MaskComparer comparer(states, prepared.kernel);
-    states.clear();
-    summary.canvas = comparer.canvas();
+  } else if (files && whole && ring.size() > 0) {
+    const auto comparer = history.comparer(record);
+    summary.canvas = history.canvas();
+    if (options.signals.reads()) outputs::write_file(files->add("letters.json"), letters_json(*chain));
     auto results = gathered();
     results.thumbnails = record.thumbnails().chosen(results.rows.front().time_s);
-    write_results(summary, config, comparer, std::move(results), nullptr, *files, session, clock);
+    write_results(summary, config, *comparer, std::move(results), nullptr, *files, session, clock);
     tell_results(summary, *files, console);
   }
+  if (chain && chain->semaphore() != nullptr) fmt::print("{}\n", chain->semaphore()->text());
   if (summary.run.problem) std::rethrow_exception(summary.run.problem);
-  if (history.size() == 0 && !ended.stop_requested()) {
+  if (ring.size() == 0 && !ended.stop_requested()) {
     throw usage_error(
         fmt::format("no frame of \"{}\" is chosen: it has {} frames", summary.source.name, summary.run.frames_read),
         options.source.span ? "--span " + *options.source.span : "", "choose a span inside the recording");
@@ -350,6 +402,7 @@ void declare_live(CLI::App& app, Command& chosen) {
   auto options = std::make_shared<LiveOptions>();
   auto* command = app.add_subcommand("live", "show Z and Z* against the last minutes while the body moves");
   options->source.declare(*command);
+  options->signals.declare(*command);
   command->add_option("--pace", options->pace, "live, replay or max; see below (default live)")->type_name("PACE");
   command->add_option("--history", options->history, "how far back a frame is compared (1s to 24h, default 10min)")
       ->type_name("T");

@@ -10,6 +10,7 @@ void LiveRecordStage::process(pipeline::Observation& observation) {
   rows_.push_back(row_of(observation));
   rows_.back().zstar_tt = observation.zstar_row.back();
   cut_.push_back(rows_.back().body && observation.mask.cut);
+  if (keeps_particles_) particles_.push_back(observation.particles);
   inferred_.add(observation.mask);
   if (rows_.back().body) {
     thumbnails_.add(observation.picture, observation.mask.mask, *observation.state, rows_.back().time_s);
@@ -17,6 +18,7 @@ void LiveRecordStage::process(pipeline::Observation& observation) {
   const auto old = static_cast<std::ptrdiff_t>(rows_.size() - observation.z_row.size());
   rows_.erase(rows_.begin(), rows_.begin() + old);
   cut_.erase(cut_.begin(), cut_.begin() + old);
+  if (keeps_particles_) particles_.erase(particles_.begin(), particles_.begin() + old);
   constexpr std::size_t kMostChanges = 1000;
   if (observation.mask.sudden) sudden_changes_s_.push_back(rows_.back().time_s);
   if (sudden_changes_s_.size() > kMostChanges) sudden_changes_s_.pop_front();

@@ -4,6 +4,7 @@
 
 #include <deque>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "cli/recording.hpp"
@@ -16,14 +17,17 @@ namespace choreo::cli {
 /// The rows of the frames that are in the history, and nothing older: memory does not grow with the run.
 class LiveRecordStage final : public pipeline::Stage {
  public:
+  /// @param particles  whether the rows' particle states are kept.
   /// @param show  given every frame that is done; may be empty.
-  LiveRecordStage(ThumbnailKeeper thumbnails, std::function<void(const pipeline::Observation&)> show)
-      : thumbnails_(std::move(thumbnails)), show_(std::move(show)) {}
+  LiveRecordStage(ThumbnailKeeper thumbnails, bool particles, std::function<void(const pipeline::Observation&)> show)
+      : thumbnails_(std::move(thumbnails)), keeps_particles_(particles), show_(std::move(show)) {}
 
   [[nodiscard]] std::string name() const override { return "show"; }
   void process(pipeline::Observation& observation) override;
 
   [[nodiscard]] std::vector<outputs::FrameRow> rows() const { return {rows_.begin(), rows_.end()}; }
+  /// One a row, a gap where there is none; empty where they are not kept.
+  [[nodiscard]] const std::deque<std::optional<body::ParticleState>>& particles() const { return particles_; }
   [[nodiscard]] const ThumbnailKeeper& thumbnails() const { return thumbnails_; }
   [[nodiscard]] std::size_t bodies() const;                            ///< Of the rows, those with a body.
   [[nodiscard]] std::size_t cut_bodies() const;                        ///< Of these, cut by the picture's border.
@@ -34,7 +38,9 @@ class LiveRecordStage final : public pipeline::Stage {
 
  private:
   ThumbnailKeeper thumbnails_;
+  bool keeps_particles_;
   std::function<void(const pipeline::Observation&)> show_;
+  std::deque<std::optional<body::ParticleState>> particles_;
   std::deque<outputs::FrameRow> rows_;
   std::deque<bool> cut_;                 // By row.
   std::deque<double> sudden_changes_s_;  // The latest.

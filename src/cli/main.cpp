@@ -99,8 +99,10 @@ int run_program(int argc, char** argv, Session& session) {
   declare_analyze(app, chosen);
   declare_live(app, chosen);
   declare_record(app, chosen);
+  declare_calibrate(app, chosen);
   declare_synth(app, chosen);
   declare_devices(app, chosen);
+  declare_tones(app, chosen);
   declare_config(app, chosen);
 
   const Words words(argv + std::min(argc, 1), argv + argc);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
@@ -13,6 +14,7 @@
 #include "cli/memory.hpp"
 #include "cli/plate.hpp"
 #include "pipeline/working_size.hpp"
+#include "vision/colourless.hpp"
 
 namespace choreo::cli {
 namespace {
@@ -22,12 +24,30 @@ std::string environment(const char* name) {
   return value == nullptr ? "" : value;
 }
 
+// A source whose first frame was looked at and is still to come.
+class PeekedSource final : public devices::Source {
+ public:
+  PeekedSource(std::unique_ptr<devices::Source> source, std::stop_token stop)
+      : source_(std::move(source)), first_(source_->read(std::move(stop))) {}
+
+  [[nodiscard]] const devices::FramePtr& first() const { return first_; }
+  [[nodiscard]] const devices::SourceInfo& info() const override { return source_->info(); }
+  [[nodiscard]] devices::FramePtr read(std::stop_token stop) override {
+    return first_ ? std::exchange(first_, nullptr) : source_->read(std::move(stop));
+  }
+  [[nodiscard]] std::vector<std::string> warnings() const override { return source_->warnings(); }
+
+ private:
+  std::unique_ptr<devices::Source> source_;
+  devices::FramePtr first_;
+};
+
 int threads_of(const SourceOptions& options) { return options.threads > 0 ? options.threads : cv::getNumberOfCPUs(); }
 
 }  // namespace
 
 Preparation::Preparation(const SourceOptions& options, const config::Options& settings, Session& session,
-                         const Clock& clock, bool keep_raw)
+                         const Clock& clock, bool keep_raw, bool sets)
     : news(session.console),
       selection(options.selection()),
       kernel(similarity::choose_and_count(environment("CHOREO_FORCE_ISA"))),
@@ -37,6 +57,7 @@ Preparation::Preparation(const SourceOptions& options, const config::Options& se
       session_(session),
       clock_(clock),
       keep_raw_(keep_raw),
+      sets_(sets),
       registry_(all_drivers(clock)),
       cores_(tbb::global_control::max_allowed_parallelism, std::size_t(threads_of(options))),
       spec_(pipeline::parse_background(settings.background)),
@@ -58,6 +79,7 @@ std::unique_ptr<devices::Source> Preparation::open() {
   opening.threads = options_.threads;
   opening.stop = stop;
   opening.keep_raw = keep_raw_;
+  opening.sets = sets_;
   opening.every_frame = keep_raw_;  // What is recorded lacks nothing; the pipeline drops what it cannot keep up with.
   opening.on_event = [this](const devices::DeviceEvent& event) {
     news.hear(devices::without_password(options_.source), event);
@@ -106,6 +128,14 @@ vision::Segmenter Preparation::learn() {
   if (!learned->depth) return *std::move(colour);
   summary.depth = learned->depth;
   return {std::move(colour), vision::DepthMasker(*learned->depth, settings_.depth, settings_.mask), settings_.mask};
+}
+
+bool Preparation::has_colour() {
+  if (!summary.background.plate.empty()) return !vision::colourless(summary.background.plate);
+  auto peeked = std::make_unique<PeekedSource>(std::move(source), stop);
+  const bool colour = peeked->first() && !vision::colourless(peeked->first()->bgr);
+  source = std::move(peeked);
+  return colour;
 }
 
 }  // namespace choreo::cli

@@ -25,14 +25,18 @@ class Preparation {
  public:
   /// Opens the source and reads the plate where there is one.
   /// @param keep_raw  frames carry what the device gave, for a recording.
+  /// @param sets  a folder may be a set of pictures.
   /// @throws Error; Interrupted
   Preparation(const SourceOptions& options, const config::Options& settings, Session& session, const Clock& clock,
-              bool keep_raw = false);
+              bool keep_raw = false, bool sets = false);
 
   /// Learns the background. `source` gives every frame from the first again afterwards.
   /// @return what makes masks from now on.
   /// @throws Error; Interrupted
   [[nodiscard]] vision::Segmenter learn();
+
+  /// After `learn`: whether the pictures have colours, by the background or, where none was learned, the first frame.
+  [[nodiscard]] bool has_colour();
 
   DeviceNews news;  ///< Before the source, which tells it until its end.
   Summary summary;  ///< What is known of the source and its background so far.
@@ -50,6 +54,7 @@ class Preparation {
   Session& session_;
   const Clock& clock_;
   bool keep_raw_;
+  bool sets_;
   devices::Registry registry_;
   tbb::global_control cores_;
   pipeline::BackgroundSpec spec_;

@@ -21,8 +21,13 @@ outputs::FrameRow row_of(const pipeline::Observation& observation) {
   return row;
 }
 
+outputs::ParticleRow particle_row_of(const pipeline::Observation& o) {
+  return {o.frame->sequence + 1, to_seconds(o.time), o.face, o.arms, o.particles};
+}
+
 void RecordStage::process(pipeline::Observation& observation) {
   const auto row = row_of(observation);
+  seen_(observation);
   inferred_.add(observation.mask);
   if (row.body) thumbnails_.add(observation.picture, observation.mask.mask, *observation.state, row.time_s);
   if (observation.mask.sudden) sudden_changes_s_.push_back(row.time_s);
@@ -32,15 +37,16 @@ void RecordStage::process(pipeline::Observation& observation) {
       if (masks_ != nullptr) masks_->add(observation.mask.mask);
       rows_.push_back(row);
       cut_.push_back(row.body && observation.mask.cut);
+      if (keeps_particle_rows_) particle_rows_.push_back(particle_row_of(observation));
       states_.add(observation);
     }
   }
-  seen_(observation.time);
 }
 
 void RecordStage::thin_out() {
   keep_every_second(rows_);
   keep_every_second(cut_);
+  keep_every_second(particle_rows_);
   states_.keep_every_second();
   if (masks_ != nullptr) masks_->keep_every_second();
   step_ *= 2;

@@ -11,12 +11,16 @@
 #include "cli/thumbnails.hpp"
 #include "outputs/frames_csv.hpp"
 #include "outputs/npy.hpp"
+#include "outputs/particles_csv.hpp"
 #include "pipeline/stage.hpp"
 
 namespace choreo::cli {
 
 /// The row of frames.csv that belongs to an observation, but for Z*(t,t).
 [[nodiscard]] outputs::FrameRow row_of(const pipeline::Observation& observation);
+
+/// Likewise of particles.csv.
+[[nodiscard]] outputs::ParticleRow particle_row_of(const pipeline::Observation& observation);
 
 /// How much of the body, over all frames, was decided by a wall that nobody saw.
 class InferredShare {
@@ -37,12 +41,14 @@ class InferredShare {
 class RecordStage final : public pipeline::Stage {
  public:
   /// @param states  where the state of every row goes.
+  /// @param particle_rows  whether those are kept as well.
   /// @param most_rows  at least 2.
   /// @param masks  where every mask that is kept is written; may be null.
-  /// @param seen  told the time of every frame that is done.
-  RecordStage(KeptStates& states, std::size_t most_rows, ThumbnailKeeper thumbnails, outputs::NpyPictures* masks,
-              std::function<void(Nanoseconds)> seen)
+  /// @param seen  shown every frame that is done.
+  RecordStage(KeptStates& states, bool particle_rows, std::size_t most_rows, ThumbnailKeeper thumbnails,
+              outputs::NpyPictures* masks, std::function<void(const pipeline::Observation&)> seen)
       : states_(states),
+        keeps_particle_rows_(particle_rows),
         most_rows_(most_rows),
         thumbnails_(std::move(thumbnails)),
         masks_(masks),
@@ -52,6 +58,7 @@ class RecordStage final : public pipeline::Stage {
   void process(pipeline::Observation& observation) override;
 
   [[nodiscard]] const std::vector<outputs::FrameRow>& rows() const { return rows_; }
+  [[nodiscard]] const std::vector<outputs::ParticleRow>& particle_rows() const { return particle_rows_; }
   [[nodiscard]] const ThumbnailKeeper& thumbnails() const { return thumbnails_; }
   [[nodiscard]] std::size_t bodies() const;      ///< Rows with a body.
   [[nodiscard]] std::size_t cut_bodies() const;  ///< Of these, cut by the picture's border.
@@ -63,13 +70,15 @@ class RecordStage final : public pipeline::Stage {
   void thin_out();
 
   KeptStates& states_;
+  bool keeps_particle_rows_;
   std::size_t most_rows_;
   std::size_t step_ = 1;
   std::size_t seen_frames_ = 0;
   ThumbnailKeeper thumbnails_;
   outputs::NpyPictures* masks_;
-  std::function<void(Nanoseconds)> seen_;
+  std::function<void(const pipeline::Observation&)> seen_;
   std::vector<outputs::FrameRow> rows_;
+  std::vector<outputs::ParticleRow> particle_rows_;
   std::vector<bool> cut_;  // By row.
   InferredShare inferred_;
   std::vector<double> sudden_changes_s_;

@@ -15,7 +15,7 @@ namespace choreo::cli {
 namespace {
 
 // What a run may write, and an earlier run may have left.
-constexpr const char* kOptionalFiles[] = {"masks.npy", "plot.svg", "triangle.svg"};
+constexpr const char* kOptionalFiles[] = {"masks.npy", "plot.svg", "triangle.svg", "particles.csv", "letters.json"};
 
 std::vector<std::string> warnings_of(const Summary& s, const config::Options& settings, const Gathered& gathered) {
   auto warnings = gathered.source_warnings;
@@ -44,6 +44,7 @@ std::vector<std::string> warnings_of(const Summary& s, const config::Options& se
     warnings.push_back(
         fmt::format("plot.thumbnails_at_s: {} s lies behind the last frame, at {:.3f} s", *beyond, s.last_time_s));
   }
+  warnings.insert(warnings.end(), gathered.signal_warnings.begin(), gathered.signal_warnings.end());
   // One cause, one warning: the later ones would only repeat the first that applies.
   if (s.frames == 1) {
     warnings.emplace_back("there is only one frame: nothing to compare it with");
@@ -95,10 +96,11 @@ struct PlotOnItsWay {
 
 }  // namespace
 
-void announce_files(Summary& summary, const outputs::OutputSet& files, const config::Options& settings, bool masks) {
+void announce_files(Summary& summary, const outputs::OutputSet& files, const config::Options& settings,
+                    const std::vector<std::string>& more) {
   summary.files = {"plot.png", "triangle.png", "z.npy", "zstar.npy", "times.npy", "frames.csv", "summary.json"};
   if (settings.plot.svg) summary.files.insert(summary.files.end(), {"plot.svg", "triangle.svg"});
-  if (masks) summary.files.emplace_back("masks.npy");
+  summary.files.insert(summary.files.end(), more.begin(), more.end());
   for (const auto& name : summary.files) files.check(name);
 }
 

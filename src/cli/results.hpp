@@ -24,11 +24,14 @@ struct Gathered {
   std::size_t bodies = 0;      ///< Frames with a body.
   std::size_t cut_bodies = 0;  ///< Of these, cut by the picture's border.
   std::vector<std::string> source_warnings;
+  std::vector<std::string> signal_warnings;  ///< Of faces and arms.
 };
 
 /// Names the files of a run, and refuses at once where one of them cannot be written.
+/// @param more  those that only some runs write.
 /// @throws Error (usage)
-void announce_files(Summary& summary, const outputs::OutputSet& files, const config::Options& settings, bool masks);
+void announce_files(Summary& summary, const outputs::OutputSet& files, const config::Options& settings,
+                    const std::vector<std::string>& more);
 
 /// How many rows the matrices of a source will have, by what it declares: at most `most`; 0 where it declares nothing.
 [[nodiscard]] std::size_t expected_frames(const Summary& summary, const pipeline::FrameSelection& selection,

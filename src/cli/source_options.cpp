@@ -19,8 +19,11 @@ void SourceOptions::declare(CLI::App& command) {
                   "a video file or network address, a folder of numbered images (folder?fps=25), or\n"
                   "synthetic://SCRIPT?size=640x480&fps=30&seed=1&noise=3; all take rotate=90 and flip=horizontal")
       ->required();
-  command.add_option("--config", config_file, "settings from a TOML file, or a preset: " + join(preset_names()))
-      ->type_name("FILE");
+  command
+      .add_option("--config", config_files,
+                  "settings from a TOML file, or a preset; may be repeated\n(presets: " + join(preset_names()) + ")")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
   command.add_option("--set", assignments, "one setting; may be repeated (choreoscope config show lists them)")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
@@ -46,7 +49,7 @@ config::Config SourceOptions::configuration(const std::vector<std::pair<std::str
                                             const std::string& origin) const {
   config::Config config;
   for (const auto& [key, value] : defaults) config.set(key + "=" + value, origin);
-  if (!config_file.empty()) config.load_file(find_configuration(config_file));
+  for (const auto& file : config_files) config.load_file(find_configuration(file));
   for (const auto& assignment : assignments) config.set(assignment);
   if (background) config.set_text("background.from", *background, "--background");
   return config;

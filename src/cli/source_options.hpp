@@ -16,7 +16,7 @@ namespace choreo::cli {
 
 struct SourceOptions {
   std::string source;
-  std::string config_file;
+  std::vector<std::string> config_files;  ///< Of two that set the same, the later counts.
   std::vector<std::string> assignments;
   std::optional<std::string> background;  ///< Absent: as configured.
   std::optional<std::string> span;        ///< Absent: everything.

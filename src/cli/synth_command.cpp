@@ -27,7 +27,8 @@ constexpr auto kManual = R"(
 SCRIPT is a name with settings behind it, as in synthetic://SCRIPT:
   choreoscope synth 'jumping-jacks?size=640x480&fps=30&seed=1&noise=3' -o jacks.mkv
 writes jacks.mkv (FFV1, without loss), jacks.masks.mkv (the true silhouette) and
-jacks.truth.json (looks, and the joint angles of every frame). With -o clip.mp4
+jacks.truth.json (of every frame the joint angles, the box of the face in pixels
+where it is to be seen, and the sign that semaphore holds). With -o clip.mp4
 the picture is H.264; the masks stay without loss.
 
 Settings, with their ranges and defaults:
@@ -42,7 +43,18 @@ Settings, with their ranges and defaults:
   flicker=N    of the light, grey levels, 0 to 30, default 0
   shake=N      of the camera, pixels, 0 to 10, default 0
   build= skin= clothes=   default auto: by the seed
-  text= rate=  what semaphore says, and letters a minute, 4 to 60, default 12)";
+  sleeves=     long, half (default) or none: how much of the arms is covered
+  flags=1      a flag in each hand; default 0
+  room=        plain (default), cluttered, or wooden: furniture in skin's colours
+  poster=1     a painted face on the wall; default 0
+  light=       neutral (default), warm, dim or cool, on everything
+  exposure=N   factor on everything, 0.5 to 1.5, default 1
+  distance=N   factor on how far the performer stands, 0.6 to 2.5, default 1
+  place=N      of the performer to the right, picture widths, -0.35 to 0.35, default 0
+  pan=R:D:Z    a camera that stands elsewhere: the picture moved right and down
+               by -64 to 64 pixels and enlarged 0.9 to 1.1 times, default 0:0:1
+  text= rate=  what semaphore says, and letters a minute, 4 to 60, default 12;
+               in it # ! ^ ~ are NUMERALS, CANCEL, ATTENTION and ERROR)";
 
 // clip.mkv -> clip + ".masks.mkv" and the like.
 fs::path beside(const fs::path& clip, const std::string& ending) {
@@ -57,6 +69,9 @@ nlohmann::ordered_json truth_of(const devices::synthetic::Performance& performan
   frame["body"] = performance.present;
   auto& joints = frame["joints"] = nlohmann::ordered_json::object();
   for (const auto& [name, value] : performance.angles) joints[name] = value;
+  const auto& face = performance.face;
+  if (!face.empty()) frame["face"] = {face.x, face.y, face.width, face.height};
+  if (!performance.sign.empty()) frame["sign"] = performance.sign;
   return frame;
 }
 

@@ -75,25 +75,32 @@ void draw_lags(Canvas& canvas, const LiveLayout& layout, double span_s) {
 
 }  // namespace
 
-LiveLayout live_layout(int width, int height, cv::Size video) {
+LiveLayout live_layout(int width, int height, cv::Size video, Leading leading) {
+  constexpr double kBesideVideo = 12;  // Ems that are left to key and figures.
+  const bool video_leads = leading == Leading::kVideo;
   LiveLayout layout;
   const double em = std::max(9.0, height / 46.0);
   layout.em = em;
   const double left = 5.2 * em, right = 2.0 * em, top = 1.2 * em, bottom = 3.6 * em;
-  const double wide = std::max(2.0, std::min(width - left - right, 2.0 * (height - top - bottom)));
-  layout.triangle = {left + (width - left - right - wide) / 2, height - bottom - wide / 2, wide, wide / 2};
+  const double room = width - left - right;
+  const double wide = std::max(2.0, std::min(video_leads ? room / 2 : room, 2.0 * (height - top - bottom)));
+  const double x = video_leads ? width - right - wide : left + (room - wide) / 2;
+  layout.triangle = {x, height - bottom - wide / 2, wide, wide / 2};
 
   // The corner that the triangle's side leaves free, all but a margin: width + height of what fits is fixed.
   const double sides = layout.triangle.x + layout.triangle.y + layout.triangle.height - 2 * top - 2 * em;
   const double aspect = double(std::max(1, video.width)) / double(std::max(1, video.height));
-  const double high = std::max(1.0, std::min(sides / (1.0 + aspect), 0.6 * height));
+  const double widest = video_leads ? width - 2 * top - (kBesideVideo + 1) * em : sides;
+  const double highest = (video_leads ? 0.8 : 0.6) * height;
+  const double high = std::max(1.0, std::min({sides / (1.0 + aspect), highest, widest / aspect}));
   layout.video = {top, top, high * aspect, high};
 
   // On the right as much as lies beside the triangle's other side, below the lowest line.
   const double lines = 9.0 * em;
   const double base = layout.triangle.y + layout.triangle.height;
   const double side = layout.triangle.x + layout.triangle.width - (base - top - lines) + em;
-  layout.figures.width = std::clamp(width - top - side, 1.0, 26.0 * em);
+  const double beside = video_leads ? top + layout.video.width + em : 0;
+  layout.figures.width = std::clamp(width - top - std::max(side, beside), 1.0, 26.0 * em);
   layout.figures.height = lines;
   layout.figures.x = width - top - layout.figures.width;
   layout.figures.y = top;

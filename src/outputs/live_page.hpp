@@ -11,10 +11,13 @@
 
 namespace choreo::outputs {
 
+/// What a live page is for: similarities, or what is read in the picture and seen from far away.
+enum class Leading { kTriangle, kVideo };
+
 /// The places of a live page, in pixels.
 ///
-/// The triangle is as large as the window allows; the video fills the corner that it leaves free on the left, the key
-/// and the figures the one on the right.
+/// What leads is as large as the window allows; the video fills the corner that the triangle leaves free on the left,
+/// the key and the figures the one on the right.
 struct LiveLayout {
   double em = 0;  ///< Height of the type.
   Box triangle;   ///< Twice as wide as high; its base is the lower edge.
@@ -24,7 +27,7 @@ struct LiveLayout {
 
 /// @param width, height  of the window, at least 1 pixel each.
 /// @param video  size of the video's pictures.
-[[nodiscard]] LiveLayout live_layout(int width, int height, cv::Size video);
+[[nodiscard]] LiveLayout live_layout(int width, int height, cv::Size video, Leading leading = Leading::kTriangle);
 
 /// The page without what moves: time axis, lags, key.
 /// @param span_s  seconds across the triangle's base.

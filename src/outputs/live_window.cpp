@@ -254,7 +254,7 @@ class LiveWindow::Impl {
     const cv::Size video = picture_now_.empty() ? options_.video : picture_now_.size();
     if (page_size_ != cv::Size(width, height)) {
       page_size_ = {width, height};
-      layout_ = live_layout(width, height, video);
+      layout_ = live_layout(width, height, video, options_.leading);
       page_.put(renderer_.get(), draw_live_page(layout_, width, height, span_s_));
       new_frame_ = true;
     }

@@ -10,6 +10,8 @@
 
 #include <opencv2/core/mat.hpp>
 
+#include "outputs/live_page.hpp"
+
 namespace choreo::outputs {
 
 /// Whether there is a display that a window could open on; never asks for one.
@@ -18,6 +20,7 @@ namespace choreo::outputs {
 struct LiveWindowOptions {
   std::string title;
   bool full_screen = false;
+  Leading leading = Leading::kTriangle;
   cv::Size video;                   ///< Size of the pictures that will be shown, for the window's first layout.
   double history_s = 600;           ///< The widest span of time that is shown.
   std::function<void()> on_close;   ///< Called once, from the window's thread, where the user closes it.

@@ -16,7 +16,8 @@ constexpr double kPlate = 0.38;         // What is left of the picture's light b
 constexpr double kLetterHeight = 0.30;  // Of the picture's height, an em.
 constexpr double kSmallHeight = 0.045;
 constexpr double kTextHeight = 0.065;
-constexpr double kWidestLetter = 0.5;  // Of the picture's width.
+constexpr double kWidest = 0.27;  // Of the picture's width: what is longer would cover who stands in the middle.
+constexpr double kWidestBeside = 0.5;
 
 void darken(cv::Mat& picture, const Box& box) {
   const cv::Rect at(static_cast<int>(box.x), static_cast<int>(box.y), static_cast<int>(std::ceil(box.width)),
@@ -69,12 +70,12 @@ cv::Mat drawn_over(const cv::Mat& picture, const SignalOverlay& overlay) {
   const double text_size = std::max(8.0, kTextHeight * height);
   const double margin = 0.4 * small;
   const auto letter = printable(overlay.letter);
-  const auto beside = meter.shortened(printable(overlay.beside), small, false, kWidestLetter * width);
+  const auto beside = meter.shortened(printable(overlay.beside), small, false, kWidestBeside * width);
   const auto text = ending(meter, printable(overlay.text), text_size, width - 4 * margin);
 
   double letter_size = kLetterHeight * height;
   const double natural = meter.width(letter, letter_size, true);
-  if (natural > kWidestLetter * width) letter_size *= kWidestLetter * width / natural;
+  if (natural > kWidest * width) letter_size *= kWidest * width / natural;
   const double strip = text.empty() ? 0 : 1.5 * text_size;
   // Capitals are 0.73 em high.
   const double capital = letter.empty() ? 0 : 0.73 * letter_size;

@@ -122,6 +122,12 @@ void TakeWriter::processed(std::uint64_t sequence) {
   }
 }
 
+void TakeWriter::late_face(std::uint64_t sequence) {
+  const std::scoped_lock lock(mutex_);
+  if (problem_ || !options_.marks) return;
+  marks_.push_back({devices::take::kLateFaceMark, sequence, {}});
+}
+
 void TakeWriter::work() {
   pthread_setname_np(pthread_self(), "take");
   try {

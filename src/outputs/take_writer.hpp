@@ -77,6 +77,8 @@ class TakeWriter {
   void add(devices::FramePtr frame);
   /// The run has brought this frame to its end; called with rising sequence numbers.
   void processed(std::uint64_t sequence);
+  /// A detection of faces that was due at this frame was not ready; called before the frame is `processed`.
+  void late_face(std::uint64_t sequence);
 
   /// Writes what waits, finishes the file and gives it its name. Without frames there is no file.
   /// @throws Error (failure) where the recording broke off; what came before is in the unfinished file.

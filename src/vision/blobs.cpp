@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cstring>
-#include <numeric>
 
 namespace choreo::vision {
 namespace {
@@ -14,58 +12,11 @@ constexpr std::int64_t sum1(std::int64_t n) { return n * (n - 1) / 2; }
 constexpr std::int64_t sum2(std::int64_t n) { return n * (n - 1) * (2 * n - 1) / 6; }
 constexpr std::int64_t sum3(std::int64_t n) { return sum1(n) * sum1(n); }
 
-// Calls visit(from, to) for every run of a line.
-template <typename Visit>
-void for_each_run(const std::uint8_t* line, int width, Visit visit) {
-  int x = 0;
-  while (x < width) {
-    // Most of a picture is not set: eight pixels at a time.
-    std::uint64_t eight = 0;
-    while (x + 8 <= width) {
-      std::memcpy(&eight, line + x, 8);
-      if (eight != 0) break;
-      x += 8;
-    }
-    while (x < width && line[x] == 0) ++x;
-    if (x == width) return;
-    const int from = x;
-    while (x < width && line[x] != 0) ++x;
-    visit(from, x);
-  }
-}
-
 void check(const cv::Mat& mask) {
   assert(mask.empty() || mask.type() == CV_8UC1);
   assert(mask.cols <= kLongestSide && mask.rows <= kLongestSide);
   static_cast<void>(mask);
 }
-
-// Which provisional regions are one.
-class Unions {
- public:
-  int make() {
-    parent_.push_back(int(parent_.size()));
-    return parent_.back();
-  }
-  int root(int k) {
-    while (parent_[std::size_t(k)] != k) {
-      parent_[std::size_t(k)] = parent_[std::size_t(parent_[std::size_t(k)])];
-      k = parent_[std::size_t(k)];
-    }
-    return k;
-  }
-  // The older one stays, so that a root is the region's first in reading order.
-  int join(int a, int b) {
-    a = root(a);
-    b = root(b);
-    parent_[std::size_t(std::max(a, b))] = std::min(a, b);
-    return std::min(a, b);
-  }
-  [[nodiscard]] std::size_t size() const { return parent_.size(); }
-
- private:
-  std::vector<int> parent_;
-};
 
 }  // namespace
 
@@ -165,45 +116,21 @@ Moments together(const Moments& a, const Moments& b) {
 
 Regions regions_of(const cv::Mat& mask, int least_area) {
   check(mask);
-  std::vector<Run> runs;
-  std::vector<int> label;  // Of each run, provisional.
-  Unions unions;
-  std::size_t above = 0;  // First run of the line above.
-  std::size_t above_end = 0;
-  for (int y = 0; y < mask.rows; ++y) {
-    const auto first = runs.size();
-    auto next = above;
-    for_each_run(mask.ptr<std::uint8_t>(y), mask.cols, [&](int from, int to) {
-      int own = -1;
-      // Runs above that touch this one, corners included: a.from <= to and from <= a.to.
-      while (next < above_end && runs[next].to < from) ++next;
-      for (auto k = next; k < above_end && runs[k].from <= to; ++k) {
-        own = own < 0 ? unions.root(label[k]) : unions.join(own, label[k]);
-      }
-      runs.push_back({y, from, to});
-      label.push_back(own < 0 ? unions.make() : own);
-    });
-    above = first;
-    above_end = runs.size();
-  }
-
-  std::vector<RawMoments> sums(unions.size());
-  for (std::size_t k = 0; k < runs.size(); ++k) {
-    label[k] = unions.root(label[k]);
-    sums[std::size_t(label[k])].add(runs[k]);
-  }
+  const auto parts = parts_of(mask, Neighbours::kEight);
+  std::vector<RawMoments> sums(parts.count);
+  for (std::size_t k = 0; k < parts.runs.size(); ++k) sums[parts.part_of[k]].add(parts.runs[k]);
   Regions regions;
-  std::vector<int> number(unions.size(), -1);
+  std::vector<int> number(parts.count, -1);
   for (std::size_t k = 0; k < sums.size(); ++k) {
-    if (sums[k].area() == 0 || sums[k].area() < least_area) continue;
+    if (sums[k].area() < least_area) continue;
     number[k] = int(regions.blobs.size());
     regions.blobs.push_back({sums[k].central(), {}});
   }
   regions.runs.resize(regions.blobs.size());
-  for (std::size_t k = 0; k < runs.size(); ++k) {
-    const int n = number[std::size_t(label[k])];
+  for (std::size_t k = 0; k < parts.runs.size(); ++k) {
+    const int n = number[parts.part_of[k]];
     if (n < 0) continue;
-    const auto& run = runs[k];
+    const auto& run = parts.runs[k];
     regions.runs[std::size_t(n)].push_back(run);
     regions.blobs[std::size_t(n)].box |= cv::Rect(run.from, run.y, run.to - run.from, 1);
   }

@@ -9,18 +9,12 @@
 #include <opencv2/core/mat.hpp>
 
 #include "vision/blob.hpp"
+#include "vision/runs.hpp"
 
 namespace choreo::vision {
 
 /// Longest side of a picture whose third moments fit 64 bits.
 inline constexpr int kLongestSide = 4096;
-
-/// Pixels [from, to) of a line that are set.
-struct Run {
-  int y = 0;
-  int from = 0;
-  int to = 0;
-};
 
 /// Adds up x^p y^q over pixels to third order, in integers: exact, whatever the order.
 class RawMoments {

@@ -43,6 +43,18 @@ void learn(const std::uint8_t* __restrict now, const std::uint8_t* __restrict ex
   }
 }
 
+// Grown by a square; only around what is set.
+cv::Mat dilated(const cv::Mat& mask, int margin) {
+  cv::Mat out = cv::Mat::zeros(mask.size(), CV_8UC1);
+  const auto box = cv::boundingRect(mask);
+  if (box.empty()) return out;
+  const auto grown = cv::Rect(box.x - margin, box.y - margin, box.width + 2 * margin, box.height + 2 * margin) &
+                     cv::Rect({0, 0}, mask.size());
+  cv::Mat part = out(grown);
+  cv::dilate(mask(grown), part, cv::getStructuringElement(cv::MORPH_RECT, {2 * margin + 1, 2 * margin + 1}));
+  return out;
+}
+
 cv::Rect pixels_of(const Zone& zone, cv::Size size) {
   const int x0 = static_cast<int>(std::lround(zone.x0 * size.width));
   const int y0 = static_cast<int>(std::lround(zone.y0 * size.height));
@@ -168,7 +180,7 @@ MaskResult BodyMasker::process(const cv::Mat& picture, double time_s) {
 
   // The body's shadow and blur reach beyond its mask.
   const int margin = 2 + picture.rows / 60;
-  cv::dilate(mask, last_mask_, cv::getStructuringElement(cv::MORPH_RECT, {2 * margin + 1, 2 * margin + 1}));
+  last_mask_ = dilated(mask, margin);
   last_lit_ = lit;
   follow(picture, lit, dt_s);
   if (learner_) learn_wall(picture, time_s);

@@ -8,6 +8,8 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "vision/runs.hpp"
+
 namespace choreo::vision {
 namespace {
 
@@ -21,6 +23,14 @@ void grow(const cv::Mat& in, cv::Mat& out, const cv::Mat& square) {
 
 void shrink(const cv::Mat& in, cv::Mat& out, const cv::Mat& square) {
   cv::erode(in, out, square, {-1, -1}, 1, kNeutralOutside);
+}
+
+// All that is set, with some room, within the picture. What is done with a mask is done there: the rest stays 0.
+cv::Rect around(const cv::Mat& mask, int margin) {
+  const auto box = cv::boundingRect(mask);
+  if (box.empty()) return {};
+  return cv::Rect(box.x - margin, box.y - margin, box.width + 2 * margin, box.height + 2 * margin) &
+         cv::Rect({0, 0}, mask.size());
 }
 
 }  // namespace
@@ -55,17 +65,22 @@ cv::Mat annealed(const cv::Mat& mask, int steps) {
   if (steps == 0) return mask.clone();
   // n steps of the 3 x 3 square are one of the (2n+1) x (2n+1) square.
   const cv::Mat square = cv::getStructuringElement(cv::MORPH_RECT, {2 * steps + 1, 2 * steps + 1});
-  cv::Mat out;
-  grow(mask, out, square);
-  shrink(out, out, square);
+  cv::Mat out = cv::Mat::zeros(mask.size(), CV_8UC1);
+  // As far as it grows, and as far as that is looked at when it shrinks.
+  const auto box = around(mask, 2 * steps);
+  if (box.empty()) return out;
+  cv::Mat grown;
+  grow(mask(box), grown, square);
+  cv::Mat part = out(box);
+  shrink(grown, part, square);
   return out;
 }
 
 namespace {
 
-// The mask without the pixels on its edge that differ less than 1 / `parts` as much as the body within `reach` pixels.
-cv::Mat without_faint_edge(const cv::Mat& mask, const cv::Mat& difference, int reach, int parts) {
-  assert(mask.type() == CV_8UC1 && difference.type() == CV_8UC1 && mask.size() == difference.size());
+// Takes the pixels away from the mask's edge that differ less than 1 / `parts` as much as the body within `reach`
+// pixels.
+void drop_faint_edge(cv::Mat mask, const cv::Mat& difference, int reach, int parts) {
   const cv::Mat square = cv::getStructuringElement(cv::MORPH_RECT, {3, 3});
   cv::Mat inside;
   shrink(mask, inside, square);  // Outside the picture counts as body: a body cut by the frame has no edge there.
@@ -73,54 +88,48 @@ cv::Mat without_faint_edge(const cv::Mat& mask, const cv::Mat& difference, int r
   cv::bitwise_and(difference, mask, body_difference);
   cv::Mat strongest;
   grow(body_difference, strongest, cv::getStructuringElement(cv::MORPH_RECT, {2 * reach + 1, 2 * reach + 1}));
-  cv::Mat out(mask.size(), CV_8UC1);
   for (int y = 0; y < mask.rows; ++y) {
-    const auto* m = mask.ptr<std::uint8_t>(y);
+    auto* m = mask.ptr<std::uint8_t>(y);
     const auto* in = inside.ptr<std::uint8_t>(y);
     const auto* d = difference.ptr<std::uint8_t>(y);
     const auto* s = strongest.ptr<std::uint8_t>(y);
-    auto* o = out.ptr<std::uint8_t>(y);
-    for (int x = 0; x < mask.cols; ++x) o[x] = m[x] != 0 && (in[x] != 0 || parts * d[x] >= s[x]) ? 255 : 0;
+    for (int x = 0; x < mask.cols; ++x) {
+      const bool stays = (in[x] != 0) | (parts * d[x] >= s[x]);
+      m[x] = static_cast<std::uint8_t>(stays ? m[x] : 0);
+    }
   }
-  return out;
 }
 
 }  // namespace
 
 cv::Mat edge_at_half_contrast(const cv::Mat& mask, const cv::Mat& difference) {
-  return without_faint_edge(mask, difference, 1, 2);
+  assert(mask.type() == CV_8UC1 && difference.type() == CV_8UC1 && mask.size() == difference.size());
+  cv::Mat out = mask.clone();
+  if (const auto box = around(mask, 1); !box.empty()) drop_faint_edge(out(box), difference(box), 1, 2);
+  return out;
 }
 
 cv::Mat without_halo(const cv::Mat& mask, const cv::Mat& difference) {
-  return without_faint_edge(without_faint_edge(mask, difference, 2, 4), difference, 2, 4);
+  assert(mask.type() == CV_8UC1 && difference.type() == CV_8UC1 && mask.size() == difference.size());
+  cv::Mat out = mask.clone();
+  if (const auto box = around(mask, 1); !box.empty()) {
+    for (int pixel = 0; pixel < 2; ++pixel) drop_faint_edge(out(box), difference(box), 2, 4);
+  }
+  return out;
 }
 
 cv::Mat without_specks(const cv::Mat& mask, int min_area, bool only_largest) {
   if (min_area <= 1 && !only_largest) return mask.clone();
   cv::Mat out = cv::Mat::zeros(mask.size(), CV_8UC1);
-  const auto box = cv::boundingRect(mask);
-  if (box.empty()) return out;
-  cv::Mat labels;
-  cv::Mat statistics;
-  cv::Mat centroids;
-  // One algorithm by name: the default may choose by the number of threads.
-  const int count = cv::connectedComponentsWithStats(mask(box), labels, statistics, centroids, 8, CV_32S, cv::CCL_SAUF);
-  std::vector<std::uint8_t> keep(static_cast<std::size_t>(count), 0);
-  int largest = 0;
-  for (int i = 1; i < count; ++i) {
-    const int area = statistics.at<int>(i, cv::CC_STAT_AREA);
-    keep[std::size_t(i)] = area >= min_area ? 255 : 0;
-    if (largest == 0 || area > statistics.at<int>(largest, cv::CC_STAT_AREA)) largest = i;
-  }
-  if (only_largest) {
-    for (int i = 1; i < count; ++i) {
-      if (i != largest) keep[std::size_t(i)] = 0;
-    }
-  }
-  for (int y = 0; y < box.height; ++y) {
-    const auto* label = labels.ptr<int>(y);
-    auto* o = out.ptr<std::uint8_t>(box.y + y) + box.x;
-    for (int x = 0; x < box.width; ++x) o[x] = keep[std::size_t(label[x])];
+  const auto parts = parts_of(mask, Neighbours::kEight);
+  std::vector<std::int64_t> area(parts.count, 0);
+  for (std::size_t k = 0; k < parts.runs.size(); ++k) area[parts.part_of[k]] += parts.runs[k].to - parts.runs[k].from;
+  const auto largest = static_cast<std::size_t>(std::max_element(area.begin(), area.end()) - area.begin());
+  for (std::size_t k = 0; k < parts.runs.size(); ++k) {
+    const auto& run = parts.runs[k];
+    const auto part = parts.part_of[k];
+    if (area[part] < min_area || (only_largest && part != largest)) continue;
+    std::fill(out.ptr<std::uint8_t>(run.y) + run.from, out.ptr<std::uint8_t>(run.y) + run.to, std::uint8_t(255));
   }
   return out;
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include <opencv2/imgproc.hpp>
 
@@ -62,12 +63,16 @@ void QuietStretches::add(const cv::Mat& picture, double time_s) {
 void QuietStretches::end_stretch() {
   const double length_s = last_s_ - begin_s_;
   if (count_ > 1 && length_s >= kLeastStretch_s) {
-    Stretch stretch{length_s, {}};
+    Stretch stretch{length_s, ended_++, {}};
     sum_.convertTo(stretch.mean, CV_8U, 1.0 / count_);
     const auto place =
         std::find_if(found_.begin(), found_.end(), [&](const Stretch& s) { return s.length_s < length_s; });
     found_.insert(place, std::move(stretch));
-    if (found_.size() > kMostKept) found_.pop_back();
+    if (found_.size() > kMostKept) {
+      const auto shortest = std::find_if(found_.rbegin(), found_.rend(),
+                                         [&](const Stretch& s) { return s.number != 0 && s.number != ended_ - 1; });
+      found_.erase(std::prev(shortest.base()));
+    }
   }
   count_ = 0;
 }

@@ -9,7 +9,8 @@
 
 namespace choreo::vision {
 
-/// Finds them while the frames pass, and keeps the mean picture of the longest.
+/// Finds them while the frames pass, and keeps the mean picture of the longest, and of the first and the last however
+/// short: a room is empty before and after.
 /// @thread thread-bound
 class QuietStretches {
  public:
@@ -22,6 +23,7 @@ class QuietStretches {
  private:
   struct Stretch {
     double length_s;
+    int number;  // In time.
     cv::Mat mean;
   };
   void end_stretch();
@@ -31,6 +33,7 @@ class QuietStretches {
   int count_ = 0;
   double begin_s_ = 0;
   double last_s_ = 0;
+  int ended_ = 0;
   std::vector<Stretch> found_;
 };
 

@@ -4,10 +4,11 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <utility>
 #include <vector>
 
 #include <opencv2/imgproc.hpp>
+
+#include "vision/runs.hpp"
 
 namespace choreo::vision {
 namespace {
@@ -24,100 +25,107 @@ constexpr float kLevels = 4.0F;       // And in grey levels: rounding and compre
 
 // The pixels of `soft` within `mask` that can be reached from outside it.
 cv::Mat reached_from_outside(const cv::Mat& mask, const cv::Mat& soft) {
+  cv::Mat inner;
+  cv::erode(mask, inner, cv::getStructuringElement(cv::MORPH_CROSS, {3, 3}), {-1, -1}, 1,
+            cv::BORDER_CONSTANT | cv::BORDER_ISOLATED);
+  cv::Mat open = mask & soft;  // What may still be taken.
+  const cv::Mat outermost = open & ~inner;
   cv::Mat reached = cv::Mat::zeros(mask.size(), CV_8UC1);
   std::vector<cv::Point> front;
   const auto take = [&](int x, int y) {
     if (x < 0 || y < 0 || x >= mask.cols || y >= mask.rows) return;
-    auto& pixel = reached.at<std::uint8_t>(y, x);
-    if (pixel != 0 || mask.at<std::uint8_t>(y, x) == 0 || soft.at<std::uint8_t>(y, x) == 0) return;
-    pixel = 255;
+    auto& pixel = open.ptr<std::uint8_t>(y)[x];
+    if (pixel == 0) return;
+    pixel = 0;
+    reached.ptr<std::uint8_t>(y)[x] = 255;
     front.emplace_back(x, y);
   };
-  const auto take_neighbours = [&](int x, int y) {
-    take(x - 1, y);
-    take(x + 1, y);
-    take(x, y - 1);
-    take(x, y + 1);
-  };
   for (int y = 0; y < mask.rows; ++y) {
-    const auto* m = mask.ptr<std::uint8_t>(y);
-    for (int x = 0; x < mask.cols; ++x) {
-      if (m[x] == 0) take_neighbours(x, y);
-    }
+    for_each_run(outermost.ptr<std::uint8_t>(y), mask.cols, [&](int from, int to) {
+      for (int x = from; x < to; ++x) take(x, y);
+    });
   }
   while (!front.empty()) {
     const auto p = front.back();
     front.pop_back();
-    take_neighbours(p.x, p.y);
+    take(p.x - 1, p.y);
+    take(p.x + 1, p.y);
+    take(p.x, p.y - 1);
+    take(p.x, p.y + 1);
   }
   return reached;
+}
+
+// The parts' runs, of those parts for which `keep` is true.
+template <typename Keep>
+cv::Mat painted(const Parts& parts, cv::Size size, Keep keep) {
+  cv::Mat out = cv::Mat::zeros(size, CV_8UC1);
+  for (std::size_t k = 0; k < parts.runs.size(); ++k) {
+    const auto& run = parts.runs[k];
+    auto* line = out.ptr<std::uint8_t>(run.y);
+    if (keep(parts.part_of[k])) std::fill(line + run.from, line + run.to, std::uint8_t{255});
+  }
+  return out;
 }
 
 // `taken` without its components that border more than `most` times as much on what is left of the mask as on the wall:
 // clothes of the wall's colour, entered through a gap in their outline.
 cv::Mat without_enclosed(const cv::Mat& taken, const cv::Mat& mask, int most) {
-  cv::Mat labels;
-  const int count = cv::connectedComponents(taken, labels, 4, CV_32S, cv::CCL_SAUF);
-  std::vector<int> to_mask(std::size_t(count), 0);
-  std::vector<int> to_wall(std::size_t(count), 0);
-  for (int y = 0; y < taken.rows; ++y) {
-    const auto* line = labels.ptr<int>(y);
-    for (int x = 0; x < taken.cols; ++x) {
-      const auto label = std::size_t(line[x]);
-      if (label == 0) continue;
-      for (const auto& [nx, ny] : {std::pair{x - 1, y}, {x + 1, y}, {x, y - 1}, {x, y + 1}}) {
-        if (nx < 0 || ny < 0 || nx >= taken.cols || ny >= taken.rows || labels.at<int>(ny, nx) != 0) continue;
-        ++(mask.at<std::uint8_t>(ny, nx) != 0 ? to_mask : to_wall)[label];
+  const auto parts = parts_of(taken, Neighbours::kFour);
+  std::vector<int> to_mask(parts.count, 0);
+  std::vector<int> to_wall(parts.count, 0);
+  for (std::size_t k = 0; k < parts.runs.size(); ++k) {
+    const auto& run = parts.runs[k];
+    const auto part = parts.part_of[k];
+    const auto count = [&](int from, int to, int y) {
+      if (y < 0 || y >= taken.rows) return;
+      const auto* t = taken.ptr<std::uint8_t>(y);
+      const auto* m = mask.ptr<std::uint8_t>(y);
+      int beside = 0;
+      int in_mask = 0;
+      for (int x = std::max(from, 0); x < std::min(to, taken.cols); ++x) {
+        beside += int(t[x] == 0);
+        in_mask += int(t[x] == 0) & int(m[x] != 0);
       }
-    }
+      to_mask[part] += in_mask;
+      to_wall[part] += beside - in_mask;
+    };
+    count(run.from - 1, run.from, run.y);
+    count(run.to, run.to + 1, run.y);
+    count(run.from, run.to, run.y - 1);
+    count(run.from, run.to, run.y + 1);
   }
-  cv::Mat kept(taken.size(), CV_8UC1);
-  for (int y = 0; y < taken.rows; ++y) {
-    const auto* line = labels.ptr<int>(y);
-    auto* out = kept.ptr<std::uint8_t>(y);
-    for (int x = 0; x < taken.cols; ++x) {
-      const auto label = std::size_t(line[x]);
-      out[x] = label != 0 && most * to_wall[label] >= to_mask[label] ? 255 : 0;
-    }
-  }
-  return kept;
+  return painted(parts, taken.size(), [&](std::size_t part) { return most * to_wall[part] >= to_mask[part]; });
 }
 
 // `taken` without its components of more than `least_area` pixels whose border to the wall is, in the mean, as steep as
 // an outline: clothes of the wall's hue, entered where the light on them meets the wall's. A shadow fades out.
 cv::Mat without_outlined(const cv::Mat& taken, const cv::Mat& mask, const cv::Mat& steepness, int least_area) {
-  cv::Mat labels;
-  const int count = cv::connectedComponents(taken, labels, 4, CV_32S, cv::CCL_SAUF);
   struct Part {
     int area = 0;
     int border = 0;
     double steepness = 0;
   };
-  std::vector<Part> parts(static_cast<std::size_t>(count));
+  const auto parts = parts_of(taken, Neighbours::kFour);
+  std::vector<Part> seen(parts.count);
   const auto is_wall = [&](int x, int y) {
-    return x >= 0 && y >= 0 && x < mask.cols && y < mask.rows && mask.at<std::uint8_t>(y, x) == 0;
+    return x >= 0 && y >= 0 && x < mask.cols && y < mask.rows && mask.ptr<std::uint8_t>(y)[x] == 0;
   };
-  for (int y = 0; y < taken.rows; ++y) {
-    const auto* line = labels.ptr<int>(y);
-    for (int x = 0; x < taken.cols; ++x) {
-      if (line[x] == 0) continue;
-      auto& part = parts[std::size_t(line[x])];
-      ++part.area;
-      if (!is_wall(x - 1, y) && !is_wall(x + 1, y) && !is_wall(x, y - 1) && !is_wall(x, y + 1)) continue;
+  for (std::size_t k = 0; k < parts.runs.size(); ++k) {
+    const auto& run = parts.runs[k];
+    auto& part = seen[parts.part_of[k]];
+    part.area += run.to - run.from;
+    for (int x = run.from; x < run.to; ++x) {
+      if (!is_wall(x - 1, run.y) && !is_wall(x + 1, run.y) && !is_wall(x, run.y - 1) && !is_wall(x, run.y + 1))
+        continue;
       ++part.border;
-      part.steepness += double(steepness.at<float>(y, x));
+      part.steepness += double(steepness.ptr<float>(run.y)[x]);
     }
   }
-  cv::Mat kept = taken.clone();
-  for (int y = 0; y < taken.rows; ++y) {
-    const auto* line = labels.ptr<int>(y);
-    auto* out = kept.ptr<std::uint8_t>(y);
-    for (int x = 0; x < taken.cols; ++x) {
-      const auto& part = parts[std::size_t(line[x])];
-      if (line[x] != 0 && part.area > least_area && part.steepness > double{kOutline} * part.border) out[x] = 0;
-    }
-  }
-  return kept;
+  return painted(parts, taken.size(), [&](std::size_t k) {
+    const auto& part = seen[k];
+    return !(part.area > least_area && part.steepness > double{kOutline} * part.border);
+  });
 }
 
 }  // namespace
@@ -137,24 +145,32 @@ cv::Mat without_soft_light(const cv::Mat& mask, const cv::Mat& picture, const cv
   cv::blur(picture(box), now, {kBlur, kBlur});
   cv::blur(background(box), before, {kBlur, kBlur});
 
-  cv::Mat ratio(box.size(), CV_32FC1);
-  cv::Mat of_light(box.size(), CV_8UC1);  // Where one ratio serves all channels.
+  const cv::Mat window = cv::getStructuringElement(cv::MORPH_RECT, {kWindow, kWindow});
+  cv::Mat looked_at;  // By a window around a pixel of the mask; elsewhere nobody asks what the light does.
+  cv::dilate(mask(box), looked_at, window, {-1, -1}, 1, cv::BORDER_CONSTANT | cv::BORDER_ISOLATED);
+  cv::Mat ratio(box.size(), CV_32FC1, cv::Scalar(1));
+  cv::Mat of_light = cv::Mat::zeros(box.size(), CV_8UC1);  // Where one ratio serves all channels.
   for (int y = 0; y < box.height; ++y) {
-    const auto* n = now.ptr<std::uint8_t>(y);
-    const auto* b = before.ptr<std::uint8_t>(y);
+    const auto* now_line = now.ptr<std::uint8_t>(y);
+    const auto* before_line = before.ptr<std::uint8_t>(y);
     auto* r = ratio.ptr<float>(y);
     auto* l = of_light.ptr<std::uint8_t>(y);
-    for (int x = 0; x < box.width; ++x, n += 3, b += 3) {
-      const float sum_now = 0.114F * n[0] + 0.587F * n[1] + 0.299F * n[2];
-      const float sum_before = 0.114F * b[0] + 0.587F * b[1] + 0.299F * b[2];
-      // Some levels of both: without them the ratio of two dark pixels is noise.
-      r[x] = (sum_now + kLevels) / (sum_before + kLevels);
-      bool same = r[x] >= kDarkest && r[x] <= kBrightest;
-      for (int c = 0; c < 3; ++c) same = same && std::abs(n[c] - r[x] * b[c]) <= kLevels + kColour * b[c];
-      l[x] = same ? 255 : 0;
-    }
+    for_each_run(looked_at.ptr<std::uint8_t>(y), box.width, [&](int from, int to) {
+      for (int x = from; x < to; ++x) {
+        const auto* n = now_line + 3 * x;
+        const auto* b = before_line + 3 * x;
+        const float sum_now = 0.114F * n[0] + 0.587F * n[1] + 0.299F * n[2];
+        const float sum_before = 0.114F * b[0] + 0.587F * b[1] + 0.299F * b[2];
+        // Some levels of both: without them the ratio of two dark pixels is noise.
+        const float q = (sum_now + kLevels) / (sum_before + kLevels);
+        r[x] = q;
+        // Without branches: on clothes they go either way.
+        int same = int(q >= kDarkest) & int(q <= kBrightest);
+        for (int c = 0; c < 3; ++c) same &= int(std::abs(n[c] - q * b[c]) <= kLevels + kColour * b[c]);
+        l[x] = static_cast<std::uint8_t>(-same);
+      }
+    });
   }
-  const cv::Mat window = cv::getStructuringElement(cv::MORPH_RECT, {kWindow, kWindow});
   cv::Mat steepness;
   cv::morphologyEx(ratio, steepness, cv::MORPH_GRADIENT, window);
   const cv::Mat soft = of_light & (steepness <= kStep);
@@ -165,6 +181,7 @@ cv::Mat without_soft_light(const cv::Mat& mask, const cv::Mat& picture, const cv
   // A step nearly all around is an outline, though it has a gap at a rounded corner, say: asked before the slivers go,
   // for it is as thin as they are.
   taken = without_enclosed(taken, inside & ~taken, 4);
+  if (cv::countNonZero(taken) == 0) return out;
   // The texture of a floor leaves slivers behind, neither soft nor body: what is thin, of one ratio and beside what was
   // taken goes too.
   cv::Mat thick;

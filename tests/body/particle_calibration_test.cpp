@@ -54,8 +54,9 @@ TEST(ParticleCalibration, WhoStandsStillHasNotStretched) {
   for (int k = 0; k < 100; ++k) calibration.add(reaching(0.01, 0.001, 0.01));
   const auto bounds = calibration.bounds();
   EXPECT_EQ(bounds.alpha_max, ParticleBounds{}.alpha_max / 2);
-  EXPECT_EQ(bounds.c_max, ParticleBounds{}.c_max / 2);
+  EXPECT_EQ(bounds.c_max, ParticleBounds{}.c_max / 4);
   EXPECT_EQ(bounds.eta_max, ParticleBounds{}.eta_max / 2);
+  EXPECT_NEAR(calibration.reached().alpha_max, 0.01, 1e-12) << "which can be told from a stretch";
 }
 
 }  // namespace

@@ -94,6 +94,56 @@ std::vector<Case> cases() {
       {"depth.least_threshold_mm", {"1", "1000", "12.5"}, no_number({"0.99", "1000.1"})},
       {"depth.near_mm", {"0", "20000", "499.5"}, no_number({"-1", "20000.1"})},
       {"depth.far_mm", {"0", "20000", "4000"}, no_number({"-1", "20000.1"})},
+      {"face.choose", {"\"tracked\"", "\"largest\""}, kNoWord},
+      {"face.least_share", {"0.01", "0.5"}, no_number({"0.0099", "0.51"})},
+      {"face.most_share", {"0.02", "1"}, no_number({"0.01", "1.01"})},
+      {"face.persistence", {"1", "100"}, no_integer({"0", "101"})},
+      {"face.coast_s", {"0", "60"}, no_number({"-0.1", "60.1"})},
+      {"face.hidden_s", {"0", "600"}, no_number({"-0.1", "600.1"})},
+      {"face.delay_frames", {"1", "60"}, no_integer({"0", "61"})},
+      {"face.near_frames", {"1", "1000"}, no_integer({"0", "1001"})},
+      {"face.whole_frames", {"1", "100000"}, no_integer({"0", "100001"})},
+      {"face.lost_frames", {"1", "1000"}, no_integer({"0", "1001"})},
+      {"face.rows", {"60", "4320"}, no_integer({"59", "4321"})},
+      {"face.neighbours", {"1", "100"}, no_integer({"0", "101"})},
+      {"face.scale_step", {"1.01", "2"}, no_number({"1", "2.01"})},
+      {"face.cascades", {"\"\"", "\"a folder\"", "'/tmp/\u00e9'"}, {"1", "true", "[\"a\"]"}},
+      {"face.model", {"\"\"", "\"yunet.onnx\"", "'/tmp/\u00e9'"}, {"1", "true", "[\"a\"]"}},
+      {"tones.skin", {"\"learned\"", "\"file\""}, kNoWord},
+      {"tones.file", {"\"\"", "\"team.tones\"", "'/tmp/\u00e9'"}, {"1", "true", "[\"a\"]"}},
+      {"tones.arms",
+       {"[\"skin\"]", R"(["red glove", "blue glove"])", repeated("\"a\"", 8)},
+       {"[]", "\"skin\"", "1", "[1]", "[\"\"]", "[[\"skin\"]]", repeated("\"a\"", 9)}},
+      {"tones.model", {"\"gaussian\"", "\"histogram\""}, kNoWord},
+      {"tones.threshold", {"0.01", "0.99"}, no_number({"0", "1"})},
+      {"tones.skin_prior", {"0.001", "1000"}, no_number({"0", "1001"})},
+      {"tones.outliers", {"0.001", "1000"}, no_number({"0", "1001"})},
+      {"tones.noise", {"0", "50"}, no_number({"-1", "50.1"})},
+      {"tones.learn_s", {"0", "60"}, no_number({"-1", "60.1"})},
+      {"tones.adapt_s", {"0", "3600"}, no_number({"-1", "3601"})},
+      {"tones.rebuild_s", {"0", "60"}, no_number({"-1", "60.1"})},
+      {"tones.learn_clothes", {"true", "false"}, kNoFlag},
+      {"arms.reach", {"1", "10"}, no_number({"0.9", "10.1"})},
+      {"arms.shoulder_aside", {"0", "5"}, no_number({"-0.1", "5.1"})},
+      {"arms.shoulder_below", {"0", "5"}, no_number({"-0.1", "5.1"})},
+      {"arms.typical_arm", {"0.1", "10"}, no_number({"0.09", "10.1"})},
+      {"arms.least_arm", {"0.02", "5"}, no_number({"0.01", "5.1"})},
+      {"arms.largest_arm", {"0.02", "30"}, no_number({"0.01", "30.1"})},
+      {"arms.least_piece", {"0", "5"}, no_number({"-0.1", "5.1"})},
+      {"arms.piece_gap", {"0", "3"}, no_number({"-0.1", "3.1"})},
+      {"arms.anneal", {"0", "0.3"}, no_number({"-0.1", "0.31"})},
+      {"arms.memory_s", {"0", "10"}, no_number({"-1", "10.1"})},
+      {"particles.alpha_max", {"0.001", "100"}, no_number({"0", "100.1"})},
+      {"particles.c_max", {"0.001", "100"}, no_number({"0", "100.1"})},
+      {"particles.eta_max", {"0.001", "100"}, no_number({"0", "100.1"})},
+      {"semaphore.mirrored", {"true", "false"}, kNoFlag},
+      {"semaphore.least_similarity", {"0.5", "0.999"}, no_number({"0.49", "1"})},
+      {"semaphore.margin", {"0", "0.5"}, no_number({"-0.1", "0.51"})},
+      {"semaphore.hysteresis", {"0", "0.5"}, no_number({"-0.1", "0.51"})},
+      {"semaphore.hold_s", {"0.05", "5"}, no_number({"0", "5.1"})},
+      {"semaphore.still_widths_s", {"0.05", "50"}, no_number({"0", "50.1"})},
+      {"semaphore.bridge_s", {"0", "5"}, no_number({"-1", "5.1"})},
+      {"semaphore.word_gap", {"0.05", "20"}, no_number({"0", "20.1"})},
       {"working.rows", {"0", "1", "8640"}, no_integer({"-1", "8641"})},
       {"motion.window_s", {"0.001", "10", "1"}, no_number({"0", "10.1", "-1", "1e-320"})},
       {"matrix.most_rows", {"2", "20000", "1000000"}, no_integer({"1", "0", "1000001"})},
@@ -114,6 +164,10 @@ std::string file_of(const std::string& key, const std::string& value) {
   const auto dot = key.find('.');
   if (dot == std::string::npos) return "# of no section\n" + key + " = " + value + "\n";
   return "[" + key.substr(0, dot) + "]\n" + key.substr(dot + 1) + " = " + value + "\n";
+}
+
+bool names_a_file(const std::string& key) {
+  return key == "background.from" || key == "face.cascades" || key == "face.model" || key == "tones.file";
 }
 
 std::string name_of(const Case& c) {
@@ -205,7 +259,7 @@ TEST_P(Setting, CanBeSetOnTheCommandLine) {
 TEST_P(Setting, WhatIsOutOfRangeIsRefusedOnTheCommandLineToo) {
   const auto& c = GetParam();
   for (const auto& value : c.bad) {
-    if (c.key == "background.from" && !value.starts_with('"')) continue;  // Bare, each of these names a file.
+    if (names_a_file(c.key) && !value.starts_with('"')) continue;  // Bare, each of these is a path.
     Config config;
     const auto error = error_of([&] { config.set(c.key + "=" + value); });
     ASSERT_TRUE(error) << c.key << " = " << value;

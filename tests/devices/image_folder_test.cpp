@@ -29,6 +29,16 @@ class ImageFolderTest : public ::testing::Test {
   ImageFolderTest() { registry_.add(image_folder_driver()); }
 
   std::unique_ptr<Source> open(const std::string& settings = "") { return registry_.open(folder_.path() + settings); }
+  std::unique_ptr<Source> open_any(const std::string& settings = "") {
+    OpenOptions options;
+    options.sets = true;
+    return registry_.open(folder_.path() + settings, options);
+  }
+  static std::vector<std::string> names_of(Source& source) {
+    std::vector<std::string> names;
+    for (const auto& frame : all_frames(source)) names.push_back(frame->name);
+    return names;
+  }
   void put(const std::string& name, const cv::Mat& picture) {
     ASSERT_TRUE(cv::imwrite(folder_ / name, picture)) << name;
   }
@@ -223,6 +233,64 @@ TEST_F(ImageFolderTest, StoppingEndsReading) {
   stop.request_stop();
   EXPECT_EQ(source->read(stop.get_token()), nullptr);
   EXPECT_NE(source->read({}), nullptr) << "and may go on";
+}
+
+TEST_F(ImageFolderTest, NamesThatDoNotCountMakeASetWhereSetsAreReadAndARefusalElsewhere) {
+  put_grey("b.png", 2);
+  put_grey("A.jpg", 1);
+  put_grey("semaphore-c.png", 3);
+  const auto error = error_of([&] { (void)open(); });
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->fault(), Fault::kUsage);
+  const auto set = open_any();
+  EXPECT_TRUE(set->info().stills);
+  EXPECT_THAT(names_of(*set), ElementsAre("A.jpg", "b.png", "semaphore-c.png"));
+}
+
+TEST_F(ImageFolderTest, ASeriesIsASequenceUnlessItIsCalledASet) {
+  put_grey("p10.png", 10);
+  put_grey("p9.png", 9);
+  EXPECT_FALSE(open()->info().stills);
+  EXPECT_FALSE(open_any()->info().stills);
+  const auto set = open_any("?stills=1");
+  EXPECT_TRUE(set->info().stills);
+  EXPECT_THAT(names_of(*set), ElementsAre("p9.png", "p10.png"));
+  EXPECT_FALSE(open("?stills=0")->info().stills);
+  const auto error = error_of([&] { (void)open("?stills=1"); });
+  ASSERT_TRUE(error) << "nothing here reads sets";
+  EXPECT_EQ(error->fault(), Fault::kUsage);
+  EXPECT_TRUE(error_of([&] { (void)open_any("?stills=perhaps"); }));
+}
+
+TEST_F(ImageFolderTest, ASetCalledASequenceIsRefusedAsEver) {
+  put_grey("left.png", 1);
+  put_grey("right.png", 1);
+  EXPECT_TRUE(error_of([&] { (void)open_any("?stills=0"); }));
+}
+
+TEST_F(ImageFolderTest, OnePictureAloneIsASet) {
+  put_grey("7.png", 1);
+  EXPECT_TRUE(open_any()->info().stills);
+  EXPECT_FALSE(open_any("?stills=0")->info().stills);
+  EXPECT_FALSE(open()->info().stills);
+}
+
+TEST_F(ImageFolderTest, PicturesOfASetKeepTheirSizesAndUnreadableOnesAreLeftOut) {
+  put("a.png", cv::Mat::zeros(4, 6, CV_8UC3));
+  put("b.png", cv::Mat::zeros(9, 8, CV_8UC3));
+  test::write_bytes(folder_ / "c.png", std::string("not a picture"));
+  const auto set = open_any();
+  EXPECT_EQ(set->info().size, cv::Size(6, 4));
+  const auto frames = all_frames(*set);
+  ASSERT_EQ(frames.size(), 2u);
+  EXPECT_EQ(frames[1]->bgr.size(), cv::Size(8, 9));
+  EXPECT_THAT(set->warnings(), ElementsAre(HasSubstr("the first \"c.png\"")));
+}
+
+TEST(NumberedNames, TheOrderOfASetIsTheAlphabetsWithNumbersByValue) {
+  EXPECT_THAT(in_name_order({"c10.png", "B.png", "b.png", "c9.jpg", "A.png", "c009.png"}),
+              ElementsAre("A.png", "B.png", "b.png", "c9.jpg", "c009.png", "c10.png"));
+  EXPECT_THAT(in_name_order({}), IsEmpty());
 }
 
 TEST(NumberedNames, TheNumberThatChangesDecides) {

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // What each script says of itself holds on the true masks, measured by plain loops over Z and Z*.
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <functional>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -193,7 +196,7 @@ TEST(Scripts, IdleIsAnotherImprovisationForEverySeed) {
 
 TEST(Scripts, NamesAreUniqueAndAnUnknownOneIsAnsweredWithTheNearest) {
   auto names = script_names();
-  EXPECT_EQ(names.size(), 23u);
+  EXPECT_EQ(names.size(), 24u);
   std::sort(names.begin(), names.end());
   EXPECT_EQ(std::adjacent_find(names.begin(), names.end()), names.end());
   try {
@@ -205,6 +208,97 @@ TEST(Scripts, NamesAreUniqueAndAnUnknownOneIsAnsweredWithTheNearest) {
   }
 }
 
+// How far two straight arms are from the nearest sign: the larger of their deviations, in degrees.
+double distance_from_signs(const body::Skeleton& s) {
+  std::array<double, 2> positions{};
+  double off = 0;
+  for (const auto side : {body::kLeft, body::kRight}) {
+    const auto direction = [](const Eigen::Vector3d& d) { return std::atan2(-d.x(), -d.y()) * 180 / std::numbers::pi; };
+    const double forearm = direction(s.fingertip[side] - s.elbow[side]);
+    const double upper = direction(s.elbow[side] - s.shoulder[side]);
+    // A bent arm is no sign's.
+    if (std::abs(std::remainder(forearm - upper, 360)) > 40) return 180;
+    const double whole = direction(s.fingertip[side] - s.shoulder[side]);
+    positions[side] = std::round(whole / 45);
+    off = std::max(off, std::abs(std::remainder(whole, 45)));
+  }
+  return std::remainder(positions[0] - positions[1], 8) == 0 ? 180 : off;
+}
+
+TEST(Scripts, DancersRestNowAndThenAndNearSignsButNeverAtOne) {
+  int rests = 0, near = 0;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    const Script script("dancing", {.seed = seed});
+    double still = 0;
+    for (double t = 0; t < 120; t += 0.1) {
+      const auto now = body::skeleton_of(*script.pose_at(t));
+      const auto next = body::skeleton_of(*script.pose_at(t + 0.1));
+      double turned = 0;
+      for (const auto side : {body::kLeft, body::kRight}) {
+        const auto a = (now.fingertip[side] - now.shoulder[side]).normalized();
+        const auto b = (next.fingertip[side] - next.shoulder[side]).normalized();
+        turned = std::max(turned, std::acos(std::min(1.0, a.dot(b))) * 180 / std::numbers::pi);
+      }
+      still = turned < 2 ? still + 0.1 : 0;
+      if (still < 0.25) continue;
+      const double off = distance_from_signs(now);
+      ASSERT_GT(off, 12) << "seed " << seed << " at " << t;
+      near += off < 30;
+      rests += still < 0.36;
+    }
+  }
+  EXPECT_GT(rests, 8 * 2 * 15) << "a quarter of the postures are rests";
+  EXPECT_GT(near, 8 * 2 * 15);
+}
+
+TEST(SemaphoreScript, AttentionWavesBothArmsFromThreeAndFiveUntilTheyCrossOverhead) {
+  const auto signs = spelled("^", 12);
+  ASSERT_EQ(signs.size(), 1u);
+  EXPECT_EQ(signs[0].sign.name, "ATTENTION");
+  EXPECT_TRUE(signs[0].moves);
+  const Script script("semaphore", {.text = "^"});
+  int crossings = 0;
+  bool crossed = false;
+  for (double t = signs[0].from; t <= signs[0].to + 1e-9; t += 1.0 / 30) {
+    const auto pose = *script.pose_at(t);
+    const auto s = body::skeleton_of(pose);
+    for (const auto side : {body::kLeft, body::kRight}) {
+      EXPECT_GE(pose.arm[side].abduction, 135 - 1e-9);
+      EXPECT_EQ(pose.arm[side].elbow, 0);
+    }
+    const bool now = s.fingertip[body::kLeft].x() < s.fingertip[body::kRight].x();
+    crossings += now && !crossed;
+    crossed = now;
+  }
+  EXPECT_EQ(crossings, 4);
+  EXPECT_NEAR(script.pose_at(signs[0].from)->arm[body::kLeft].abduction, 135, 1e-9);
+  EXPECT_NEAR(script.pose_at(signs[0].to)->arm[body::kLeft].abduction, 135, 1e-9);
+}
+
+TEST(SemaphoreScript, ErrorRaisesAndLowersBothArmsThroughTheHorizontal) {
+  const auto signs = spelled("A~B", 30);
+  ASSERT_EQ(signs.size(), 3u);
+  EXPECT_EQ(signs[1].sign.name, "ERROR");
+  EXPECT_NEAR(signs[1].from, 2 + 0.3, 1e-9);
+  EXPECT_NEAR(signs[2].from, signs[1].to + 0.3 * 2 + 0.3, 1e-9) << "lowered, at REST, and raised again";
+  const Script script("semaphore", {.text = "A~B", .letters_per_minute = 30});
+  int raised = 0;
+  bool up = false;
+  double least = 180, most = 0;
+  for (double t = signs[1].from; t <= signs[1].to; t += 1.0 / 30) {
+    const auto pose = *script.pose_at(t);
+    EXPECT_EQ(pose.arm[body::kLeft].abduction, pose.arm[body::kRight].abduction);
+    const bool now = pose.arm[body::kLeft].abduction > 90;
+    raised += now && !up;
+    up = now;
+    least = std::min(least, pose.arm[body::kLeft].abduction);
+    most = std::max(most, pose.arm[body::kLeft].abduction);
+  }
+  EXPECT_EQ(raised, 5);
+  EXPECT_NEAR(least, 45, 1e-9);
+  EXPECT_NEAR(most, 135, 1.5);
+}
+
 TEST(SemaphoreScript, SpellsLettersDigitsAndSpaces) {
   const auto names = [](std::string_view text) {
     std::string all;
@@ -213,7 +307,7 @@ TEST(SemaphoreScript, SpellsLettersDigitsAndSpaces) {
   };
   EXPECT_EQ(names("Ab z"), "A B Z ");
   EXPECT_EQ(names("A10B"), "A NUMERALS A K J B ");
-  EXPECT_EQ(names("#!"), "NUMERALS CANCEL ");
+  EXPECT_EQ(names("#!^~"), "NUMERALS CANCEL ATTENTION ERROR ");
   for (const auto* bad : {"", "  ", "A.B", "\xc3\xa4"}) EXPECT_THROW((void)spelled(bad, 12), Error) << bad;
 }
 

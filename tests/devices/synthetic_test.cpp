@@ -286,14 +286,19 @@ TEST(SyntheticSource, StopsWhenAsked) {
 }
 
 TEST(SyntheticSource, SettingsOutOfRangeAreRefusedAsTheUsersMistake) {
-  for (const auto* bad : {"size=15x16",   "size=16x15", "size=3841x100", "size=2161x2161",
-                          "size=640",     "size=x",     "size=-64x48",   "size=99999999999999x48",
-                          "fps=0",        "fps=241",    "fps=nan",       "seed=-1",
-                          "seed=1.5",     "noise=-1",   "noise=31",      "drift=61",
-                          "flicker=-1",   "flicker=31", "shake=11",      "empty=61",
-                          "empty=-1",     "tail=61",    "duration=-1",   "duration=36001",
-                          "rate=3",       "rate=61",    "build=tall",    "skin=green",
-                          "clothes=none", "colour=red", "text=%3F"}) {
+  for (const auto* bad : {"size=15x16",   "size=16x15",   "size=3841x100", "size=2161x2161",
+                          "size=640",     "size=x",       "size=-64x48",   "size=99999999999999x48",
+                          "fps=0",        "fps=241",      "fps=nan",       "seed=-1",
+                          "seed=1.5",     "noise=-1",     "noise=31",      "drift=61",
+                          "flicker=-1",   "flicker=31",   "shake=11",      "empty=61",
+                          "empty=-1",     "tail=61",      "duration=-1",   "duration=36001",
+                          "rate=3",       "rate=61",      "build=tall",    "skin=green",
+                          "clothes=none", "colour=red",   "text=%3F",      "sleeves=short",
+                          "room=big",     "light=blue",   "poster=2",      "flags=x",
+                          "distance=0.5", "distance=2.6", "place=0.36",    "place=-0.4",
+                          "pan=",         "pan=1",        "pan=1:",        "pan=65:0",
+                          "pan=0:-65",    "pan=1:2:1.2",  "pan=1:2:0.8",   "pan=1:2:1:1",
+                          "pan=1:2:",     "pan=nan:0",    "exposure=0.4",  "exposure=1.6"}) {
     try {
       const auto request = request_of(std::string("synthetic://semaphore?") + bad);
       const Performer performer(request.script, request.settings);
@@ -314,6 +319,22 @@ TEST(SyntheticSource, ARequestNeedsNoScheme) {
   EXPECT_EQ(request.settings.clothes, "blue");
   EXPECT_EQ(request.settings.letters_per_minute, 30);
   EXPECT_EQ(request.settings.duration, 2.5);
+  const auto scene = request_of(
+                         "idle?sleeves=none&room=wooden&light=dim&poster=1&flags=1&distance=2&place=-0.1&"
+                         "pan=12:-7:1.01&exposure=0.8")
+                         .settings;
+  EXPECT_EQ(scene.sleeves, "none");
+  EXPECT_EQ(scene.room, "wooden");
+  EXPECT_EQ(scene.light, "dim");
+  EXPECT_TRUE(scene.poster);
+  EXPECT_TRUE(scene.flags);
+  EXPECT_EQ(scene.distance, 2);
+  EXPECT_EQ(scene.place, -0.1);
+  EXPECT_EQ(scene.pan.dx, 12);
+  EXPECT_EQ(scene.pan.dy, -7);
+  EXPECT_EQ(scene.pan.zoom, 1.01);
+  EXPECT_EQ(scene.exposure, 0.8);
+  EXPECT_EQ(request_of("idle?pan=3:4").settings.pan.zoom, 1);
   EXPECT_EQ(Performer("semaphore", request_of("semaphore?text=SOS&rate=30&empty=0").settings).frame_count(), 180);
 }
 

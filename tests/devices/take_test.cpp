@@ -255,6 +255,26 @@ TEST_F(Take, ProcessedFramesAreMarkedAndTheOthersOvertaken) {
   EXPECT_THAT(overtaken(path() + "?frames=all"), SizeIs(8));
 }
 
+TEST_F(Take, FramesWithALateDetectionAreMarkedAmongTheProcessed) {
+  const auto frames = plain_frames(6, {16, 16});
+  auto options = whole_take();
+  options.marks = true;
+  outputs::TakeWriter writer(path(), info_of(*frames[0]), options);
+  for (const auto& frame : frames) {
+    writer.add(frame);
+    if (frame->sequence == 2 || frame->sequence == 5) writer.late_face(frame->sequence);
+    if (frame->sequence != 3) writer.processed(frame->sequence);
+  }
+  writer.close();
+  const auto late = [&](const std::string& source) {
+    std::vector<bool> all;
+    for (const auto& frame : all_frames(*open_take(source))) all.push_back(frame->late_face);
+    return all;
+  };
+  EXPECT_THAT(late(path() + "?frames=processed"), ElementsAre(false, false, true, false, false, true));
+  EXPECT_THAT(late(path()), ElementsAre(false, false, false, false, false, false)) << "that is no replay of the run";
+}
+
 TEST_F(Take, WithoutARunNothingIsMarkedAndAskingForItIsRefused) {
   write_take(path(), plain_frames(2, {16, 16}));
   const auto error = error_of([&] { open_take(path() + "?frames=processed"); });

@@ -24,6 +24,20 @@ TEST(Bench, WritesItsRatiosByKey) {
   }
 }
 
+TEST(Bench, ASignallersFramesComeThroughAndEveryStageHasItsPeer) {
+  const TempFolder folder;
+  const auto file = folder / "signals.json";
+  const auto run = run_program(CHOREO_BENCH, {"--smoke", "--only", "signals", "--json", file});
+  ASSERT_EQ(run.status, 0) << run.told();
+  const auto text = read_bytes(file);
+  const auto figures = nlohmann::json::parse(text.begin(), text.end());
+  for (const auto* key : {"signals_fps", "signals_p99_ms_at_30", "signals_p99_ms_at_120", "signals_mask_vs_opencv",
+                          "signals_face_vs_opencv", "signals_row_vs_opencv"}) {
+    ASSERT_TRUE(figures.contains(key)) << key;
+    EXPECT_GT(figures[key].get<double>(), 0.0) << key;
+  }
+}
+
 TEST(Bench, AnUnknownNameIsRefusedAndTheKnownOnesAreListed) {
   const auto run = run_program(CHOREO_BENCH, {"--only", "kernel"});
   EXPECT_EQ(run.status, 2) << run.told();

@@ -114,7 +114,7 @@ TEST_F(Commands, APresetIsCalledByItsNameUnlessAFileHasIt) {
   EXPECT_THAT(choreoscope({"config", "show", "--config", "stage"}, there).out, HasSubstr("steps = 7  # stage:2"));
   const auto neither = choreoscope({"config", "show", "--config", "stagger"});
   EXPECT_THAT(complaint_of(neither, 2), HasSubstr("stagger"));
-  EXPECT_THAT(hint_of(neither), HasSubstr("presets: archive, default, kinect, rehearsal-room, stage, webcam"));
+  EXPECT_THAT(hint_of(neither), HasSubstr("presets: archive, default, flags, kinect, rehearsal-room, stage, webcam"));
 }
 
 TEST_F(Commands, VersionIsOneLineOnStandardOutput) {
@@ -125,8 +125,8 @@ TEST_F(Commands, VersionIsOneLineOnStandardOutput) {
 }
 
 TEST_F(Commands, HelpOfEveryCommandReadsLikeAManualPage) {
-  const std::vector<std::vector<std::string>> commands{{},         {"analyze"},        {"synth"},
-                                                       {"config"}, {"config", "show"}, {"config", "check"}};
+  const std::vector<std::vector<std::string>> commands{
+      {}, {"analyze"}, {"synth"}, {"config"}, {"config", "show"}, {"config", "check"}, {"calibrate"}};
   for (auto words : commands) {
     std::string name = "choreoscope";
     for (const auto& word : words) name += " " + word;

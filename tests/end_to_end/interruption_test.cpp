@@ -122,6 +122,17 @@ TEST_F(Interruption, WhatIsIgnoredByNohupOrTheBackgroundStaysIgnored) {
   EXPECT_EQ(Results(old()).n, 330u);
 }
 
+TEST_F(Interruption, WhileReadingASetOfPicturesLeavesNothing) {
+  std::filesystem::create_directory(folder_ / "set");
+  for (int k = 0; k < 24; ++k) write_png("set/" + std::to_string(k) + ".png", {320, 240}, std::uint64_t(k));
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const auto run = poked(folder_ / "set?stills=1", {{"reading pictures", signal}}, {"--recognise", "semaphore"});
+    EXPECT_THAT(run.err, HasSubstr("nothing was written"));
+    EXPECT_EQ(run.out, "");
+    expect_old_results();
+  }
+}
+
 TEST_F(Interruption, WhileFilmingLeavesNoClip) {
   std::filesystem::create_directory(folder_ / "clips");
   RunOptions options;

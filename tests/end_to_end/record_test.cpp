@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Takes as a user makes them: recorded, interrupted, killed, and replayed to the same results to the last byte.
+#include <algorithm>
 #include <csignal>
 #include <filesystem>
 #include <thread>
 
 #include <gmock/gmock.h>
 
+#include "devices/take/take_format.hpp"
 #include "end_to_end/refusal_fixture.hpp"
 
 namespace choreo::test {
@@ -248,6 +250,22 @@ TEST_F(Record, ALiveRunWithDepthIsReplayedByteForByte) {
     expect_replay_is_the_same(choreoscope(arguments), settings);
     std::filesystem::remove(take());
   }
+}
+
+// A search for faces that is due at the next frame, 8 ms later, is not always done by then.
+TEST_F(Record, ALiveRunThatMissesFacesIsReplayedByteForByte) {
+  record("synthetic://semaphore?text=R&size=320x240&fps=120&duration=1.5&empty=2.1&skin=light", {"--codec", "ffvhuff"});
+  std::filesystem::rename(take(), folder_ / "camera.mkv");
+  const std::vector<std::string> settings = {"--recognise", "semaphore", "--set", "face.delay_frames=1"};
+  std::vector<std::string> arguments{
+      "live", folder_ / "camera.mkv", "--headless", "--out", folder_ / "live", "--record", take()};
+  arguments.insert(arguments.end(), settings.begin(), settings.end());
+  expect_replay_is_the_same(choreoscope(arguments), settings);
+  EXPECT_TRUE(read_bytes(folder_ / "live" + "/letters.json") == read_bytes(folder_ / "replay" + "/letters.json"));
+  const auto bytes = read_bytes(take());
+  const std::string mark = devices::take::kLateFaceMark;
+  EXPECT_NE(std::search(bytes.begin(), bytes.end(), mark.begin(), mark.end()), bytes.end())
+      << "no search was late: the test proves nothing";
 }
 
 TEST_F(Record, AReplayWithOtherSettingsSaysSo) {

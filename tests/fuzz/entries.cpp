@@ -8,8 +8,10 @@
 #include <stdexcept>
 #include <utility>
 
+#include "config/colour_table.hpp"
 #include "config/config.hpp"
 #include "config/schema.hpp"
+#include "config/tones_file.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "core/time.hpp"
@@ -199,6 +201,32 @@ void kinect_index(std::string_view text) {
     promise(std::chrono::abs(apart) <= kPairWithin, "a pair is of one moment");
     before = pair;
   }
+}
+
+void tones(std::string_view text) {
+  vision::ToneSet set;
+  if (!accepted([&] { set = config::parse_tones(text, "fuzz.toml"); })) return;
+  promise(!set.tones.empty(), "there are tones");
+  set.validate();
+  const auto printed = config::print_tones(set, "fuzz");
+  promise(config::print_tones(config::parse_tones(printed, "printed.toml"), "fuzz") == printed, "tones read back");
+  for (const double level : {0.0, 90.0, 255.0}) {
+    for (const double p : set.posteriors(vision::tone_colour({level, 0.5 * level, 255 - level}))) {
+      promise(p >= 0 && p <= 1, "a posterior is a probability");
+    }
+  }
+}
+
+void colours(std::string_view text) {
+  std::string columns;
+  if (text.starts_with("!")) {
+    columns = text.substr(1, text.find('\n') - 1);
+    text.remove_prefix(std::min(text.size(), columns.size() + 2));
+  }
+  config::ColourTable table;
+  if (!accepted([&] { table = config::parse_colour_table(text, "fuzz.csv", columns); })) return;
+  promise(!table.bgr.empty(), "there are colours");
+  promise(table.bgr.size() == table.label.size(), "each colour has its label");
 }
 
 }  // namespace choreo::fuzz

@@ -29,6 +29,11 @@ void take(std::string_view text);
 /// As what OpenNI2's helper says: what is accepted is written again as the same bytes.
 void openni2_message(std::string_view bytes);
 
+/// As a tones file: what is accepted is printed and reads back the same.
+void tones(std::string_view text);
+/// As a CSV of labelled colours; a first line that begins with "!" says what the columns are.
+void colours(std::string_view text);
+
 struct Entry {
   std::string name;  ///< Also of its folder below tests/corpus.
   void (*run)(std::string_view);
@@ -37,12 +42,14 @@ struct Entry {
 };
 
 [[nodiscard]] inline std::vector<Entry> entries() {
-  return {{"config", config},
+  return {{"colours", colours},
+          {"config", config},
           {"kinect_index", kinect_index},
           {"openni2_message", openni2_message},
           {"source_uri", source_uri},
           {"take", take},
-          {"texts", texts}};
+          {"texts", texts},
+          {"tones", tones}};
 }
 
 }  // namespace choreo::fuzz

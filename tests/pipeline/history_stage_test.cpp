@@ -9,7 +9,9 @@
 
 #include "pipeline/fakes.hpp"
 #include "similarity/mask_comparer.hpp"
+#include "similarity/particle_comparer.hpp"
 #include "support/frames.hpp"
+#include "support/particles.hpp"
 
 namespace choreo::pipeline {
 namespace {
@@ -62,6 +64,31 @@ TEST_F(HistoryStageTest, ARowIsThatOfTheBatchToTheLastBit) {
           << i << ", " << j;
     }
   }
+}
+
+TEST_F(HistoryStageTest, ParticleStatesAreComparedLikewiseAndMasksAreNotLookedAt) {
+  const auto states = test::random_particle_sequence(40, 1);
+  const similarity::ParticleComparer batch(states);
+  similarity::ParticleHistory history(100);
+  HistoryStage stage(history, 1h, clock_, &cost_);
+  std::uint64_t with_state = 0;
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    Observation observation;
+    observation.time = i * 40ms;
+    observation.particles = states[i];
+    if (i % 2 == 0) observation.state = state_of(int(i));
+    stage.process(observation);
+    with_state += states[i] ? 1 : 0;
+    std::vector<float> z(i + 1), zstar(i + 1);
+    batch.compare({i, i + 1}, {0, i + 1}, {z.data(), 1, i + 1}, {zstar.data(), 1, i + 1});
+    ASSERT_EQ(observation.z_row.size(), i + 1);
+    for (std::size_t j = 0; j <= i; ++j) {
+      ASSERT_TRUE(std::isnan(z[j]) ? std::isnan(observation.z_row[j]) && std::isnan(observation.zstar_row[j])
+                                   : observation.z_row[j] == z[j] && observation.zstar_row[j] == zstar[j])
+          << i << ", " << j;
+    }
+  }
+  EXPECT_EQ(cost_.filling().count, with_state);
 }
 
 TEST_F(HistoryStageTest, WhatIsOlderThanTheHistoryGoesByTimeNotByNumber) {

@@ -60,6 +60,22 @@ TEST(QuietStretches, TheLongestComesFirst) {
   EXPECT_TRUE(same_bytes(found[2], with_disc(20)));
 }
 
+TEST(QuietStretches, TheFirstAndTheLastAreKeptHoweverShortBesideManyLongOnes) {
+  // Somebody who stands still in twenty postures, and the room for half a second before and after.
+  QuietStretches quiet;
+  double time_s = 0;
+  const auto hold = [&](const cv::Mat& picture, int frames) {
+    for (int k = 0; k < frames; ++k, time_s += 1 / 30.0) quiet.add(picture, time_s);
+  };
+  hold(textured_wall(kSize), 20);
+  for (int posture = 0; posture < 20; ++posture) hold(with_disc(20 + 5 * posture), 30);
+  hold(in_light(textured_wall(kSize), 0.8), 15);
+  const auto found = quiet.finish();
+  ASSERT_EQ(found.size(), 12U);
+  EXPECT_TRUE(same_bytes(found[10], textured_wall(kSize)));
+  EXPECT_TRUE(same_bytes(found[11], in_light(textured_wall(kSize), 0.8)));
+}
+
 TEST(QuietStretches, ItsLengthIsInSecondsNotInFrames) {
   // The same fifteen pictures, in half a second and in a quarter.
   for (const double fps : {30.0, 60.0}) {

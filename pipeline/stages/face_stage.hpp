@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// Finds the performer's face beside the frames' own way.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "pipeline/stage.hpp"
+#include "vision/face_detector.hpp"
+#include "vision/face_search.hpp"
+#include "vision/face_track.hpp"
+
+namespace choreo::pipeline {
+
+struct FaceStageOptions {
+  vision::FaceSearchOptions search;
+  vision::FaceTrackOptions track;
+  int delay_frames = 3;  ///< Frames from the one that is searched to the one that knows, [1, 60].
+  int rows = 480;        ///< Rows of the picture that is searched, [60, 4320]: larger ones are reduced to
+                         ///< so many, smaller ones enlarged to at most twice their size.
+  bool waits = true;     ///< For a detection that is not ready when it is due; else it is void.
+  /// Told of every detection that was not ready: the sequence number of the frame at which it was due. Called by the
+  /// thread that calls `process`.
+  std::function<void(std::uint64_t)> on_late = {};
+
+  void validate() const;  ///< @throws Error (usage) naming the option, its value and its range.
+};
+
+/// frame, mask -> face, number of faces.
+///
+/// A search that is asked for at one frame is done by a thread of the stage's own and takes effect exactly
+/// `delay_frames` frames later, or never. So the results depend on the frames and on which searches were late, and on
+/// nothing else: frames whose run noted a late one (Frame::late_face) void it again, however fast the search is now.
+/// Comes after MaskStage, or without one; it then knows nothing of the body. A frame without a picture has no face.
+/// An error of the detector ends the run at the frame at which its result was due.
+class FaceStage final : public Stage {
+ public:
+  FaceStage(std::unique_ptr<vision::FaceDetector> detector, FaceStageOptions options);
+  /// Stops, where nobody has.
+  ~FaceStage() override;
+
+  [[nodiscard]] std::string name() const override { return "face"; }
+  void process(Observation& observation) override;
+
+  /// Ends the thread, after the search that it is at. No frame may come afterwards.
+  void stop();
+
+  [[nodiscard]] std::uint64_t asked() const { return asked_; }  ///< Searches so far.
+  [[nodiscard]] std::uint64_t late() const { return late_; }    ///< Of these, void.
+
+ private:
+  struct Job;
+
+  void work();
+  [[nodiscard]] std::unique_ptr<vision::FaceSighting> due(const Observation& observation);
+  void ask(const Observation& observation, cv::Size size, const vision::FaceQuery& query);
+
+  FaceStageOptions options_;
+  std::unique_ptr<vision::FaceDetector> detector_;  // The worker's.
+  vision::FaceSearch search_;
+  vision::FaceTracker tracker_;
+  std::uint64_t frames_ = 0;
+  std::uint64_t asked_ = 0, late_ = 0;
+  std::deque<std::shared_ptr<Job>> pending_;  // Asked for, and not due yet.
+
+  std::mutex mutex_;  // Of what follows, and of the jobs.
+  std::condition_variable changed_;
+  std::deque<std::shared_ptr<Job>> waiting_;
+  std::exception_ptr problem_;  // Of a search that was void.
+  bool stopping_ = false;
+  std::thread thread_;
+};
+
+}  // namespace choreo::pipeline

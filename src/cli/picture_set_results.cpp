@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/picture_set_results.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "core/text.hpp"
+#include "outputs/letters_json.hpp"
+#include "outputs/output_set.hpp"
+#include "vision/colourless.hpp"
+
+namespace choreo::cli {
+namespace {
+
+using pipeline::PictureReading;
+
+constexpr int kTile = 320;  // Width of a picture on the sheet, px.
+constexpr int kColumns = 6;
+constexpr const char* kLetters = "letters.json";
+constexpr const char* kSheet = "pictures.png";
+
+// The sign as a letter: REST is none.
+std::optional<std::string> letter_of(const PictureReading& reading) {
+  if (!reading.sign || *reading.sign == "REST") return std::nullopt;
+  return std::string(*reading.sign);
+}
+
+std::string json_of(const std::vector<std::string>& names, const std::vector<PictureReading>& readings) {
+  std::vector<outputs::PictureReading> pictures;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    recognition::SignReading shown;
+    if (letter_of(readings[i])) shown.sign = readings[i].sign;
+    shown.confidence = readings[i].confidence;
+    shown.runner_up = readings[i].runner_up;
+    pictures.push_back({names[i], shown});
+  }
+  return outputs::pictures_json(pictures);
+}
+
+cv::Mat tile_of(const cv::Mat& picture, const PictureReading& reading) {
+  const double scale = double(kTile) / picture.cols;
+  cv::Mat tile;
+  cv::resize(picture, tile, {kTile, std::clamp(cvRound(picture.rows * scale), 1, 2 * kTile)}, 0, 0, cv::INTER_AREA);
+  if (!reading.evidence.empty()) {
+    cv::Mat seen;
+    cv::resize(reading.evidence, seen, tile.size(), 0, 0, cv::INTER_NEAREST);
+    std::vector<std::vector<cv::Point>> outlines;
+    cv::findContours(seen, outlines, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+    cv::drawContours(tile, outlines, -1, {0, 255, 255}, 1);
+  }
+  if (reading.face) {
+    const auto& b = reading.face->box;
+    cv::rectangle(
+        tile, cv::Rect(cvRound(b.x * scale), cvRound(b.y * scale), cvRound(b.width * scale), cvRound(b.height * scale)),
+        reading.face_seen ? cv::Scalar(0, 255, 0) : cv::Scalar(0, 160, 160), 1);
+  }
+  if (reading.overlap > 0) {
+    for (const auto& arm : reading.arms) {
+      cv::line(tile, arm.from * scale, arm.to * scale, {255, 0, 255}, 1, cv::LINE_AA);
+    }
+  }
+  const auto letter = letter_of(reading).value_or("-");
+  const double size = letter.size() > 1 ? 0.8 : 1.6;
+  cv::putText(tile, letter, {8, 44}, cv::FONT_HERSHEY_SIMPLEX, size, {0, 0, 0}, 6, cv::LINE_AA);
+  cv::putText(tile, letter, {8, 44}, cv::FONT_HERSHEY_SIMPLEX, size, {255, 255, 255}, 2, cv::LINE_AA);
+  return tile;
+}
+
+cv::Mat sheet_of(const std::vector<cv::Mat>& pictures, const std::vector<PictureReading>& readings) {
+  std::vector<cv::Mat> tiles;
+  int height = 1;
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    tiles.push_back(tile_of(pictures[i], readings[i]));
+    height = std::max(height, tiles.back().rows);
+  }
+  const int count = int(tiles.size());
+  const int columns = std::min(count, kColumns);
+  cv::Mat sheet((count + columns - 1) / columns * height, columns * kTile, CV_8UC3, cv::Scalar::all(32));
+  for (int i = 0; i < count; ++i) {
+    const auto& tile = tiles[std::size_t(i)];
+    tile.copyTo(sheet(cv::Rect(i % columns * kTile, i / columns * height, tile.cols, tile.rows)));
+  }
+  return sheet;
+}
+
+// "3 of 26 pictures", "1 of 1 picture".
+std::string of_pictures(std::size_t count, std::size_t all) {
+  return fmt::format("{} of {} picture{}", count, all, all == 1 ? "" : "s");
+}
+
+void warn_of(const std::vector<std::string>& names, const std::vector<cv::Mat>& pictures,
+             const std::vector<PictureReading>& readings, Console& console) {
+  const auto first = [&](auto holds) {
+    std::pair<std::size_t, std::string> out{0, {}};
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (holds(readings[i]) && out.first++ == 0) out.second = names[i];
+    }
+    return out;
+  };
+  const auto [faceless, faceless_name] = first([](const auto& r) { return !r.face; });
+  if (faceless > 0) {
+    console.warn(fmt::format("no face was found in {}, the first \"{}\": without one nothing tells where arms are",
+                             of_pictures(faceless, names.size()), one_line(faceless_name)));
+  }
+  const auto grey = std::find_if(pictures.begin(), pictures.end(), vision::colourless);
+  if (grey != pictures.end()) {
+    const auto count = std::count_if(pictures.begin(), pictures.end(), vision::colourless);
+    console.warn(fmt::format(
+        "no colour in {}, the first \"{}\": tones need it, and only what differs from the wall tells of arms",
+        of_pictures(std::size_t(count), names.size()), one_line(names[std::size_t(grey - pictures.begin())])));
+  }
+  const auto [alone, alone_name] = first([](const auto& r) { return !r.shared; });
+  if (alone > 0 && names.size() > 1) {
+    console.warn(
+        fmt::format("{} show a scene of their own, the first \"{}\": what has skin's colour there counts as arm",
+                    of_pictures(alone, names.size()), one_line(alone_name)));
+  }
+}
+
+}  // namespace
+
+int analyze_pictures(devices::Source& source, vision::FaceDetector& faces, const pipeline::PictureSetOptions& options,
+                     const std::filesystem::path& out, Session& session) {
+  auto& console = session.console;
+  const auto stop = session.interrupt.orderly();
+  options.validate();
+  outputs::OutputSet files(out);
+  files.check(kLetters);
+  files.check(kSheet);
+  std::vector<cv::Mat> pictures;
+  std::vector<std::string> names;
+  while (const auto frame = source.read(stop)) {
+    pictures.push_back(pipeline::reduced_picture(frame->bgr, options.longest_side));
+    names.push_back(frame->name);
+  }
+  if (stop.stop_requested()) throw Interrupted{};
+  const auto readings = pipeline::read_pictures(
+      pictures, faces, options, [&](double share) { console.progress("reading pictures", share); }, stop);
+  console.finish_progress();
+  if (!readings) throw Interrupted{};
+  outputs::write_file(files.add(kLetters), json_of(names, *readings));
+  std::vector<std::uint8_t> png;
+  cv::imencode(".png", sheet_of(pictures, *readings), png);
+  outputs::write_file(files.add(kSheet), {reinterpret_cast<const char*>(png.data()), png.size()});
+  files.commit();
+  for (const auto& warning : source.warnings()) console.warn(warning);
+  warn_of(names, pictures, *readings, console);
+  std::string letters;
+  std::size_t read = 0;
+  for (const auto& reading : *readings) {
+    const auto letter = letter_of(reading);
+    read += letter ? 1 : 0;
+    letters += (letters.empty() ? "" : " ") + letter.value_or("-");
+  }
+  fmt::print("{} show a sign: {}\n", of_pictures(read, names.size()), letters);
+  fmt::print("wrote {} and {}\n", (out / kLetters).string(), (out / kSheet).string());
+  // Also where all pictures were read before: whoever stops a batch wants the batch to stop.
+  return stop.stop_requested() ? kInterrupted : kDone;
+}
+
+}  // namespace choreo::cli

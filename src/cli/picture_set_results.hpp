@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// choreoscope analyze of a set of pictures: what sign each of them shows.
+#pragma once
+
+#include <filesystem>
+
+#include "cli/commands.hpp"
+#include "devices/source.hpp"
+#include "pipeline/picture_set.hpp"
+#include "vision/face_detector.hpp"
+
+namespace choreo::cli {
+
+/// Reads all pictures of a set and writes DIR/letters.json ({"pictures": [{"file", "letter", "confidence",
+/// "runner_up"}]}, letter null where none is shown, REST among it) and DIR/pictures.png, on which every picture stands
+/// with its arms outlined and its letter. Says the letters on standard output and what is to be known on standard
+/// error.
+/// @param source  whose info().stills is set.
+/// @return exit status. @throws Error; Interrupted, nothing being written then.
+int analyze_pictures(devices::Source& source, vision::FaceDetector& faces, const pipeline::PictureSetOptions& options,
+                     const std::filesystem::path& out, Session& session);
+
+}  // namespace choreo::cli

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/signal_chain.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "config/tones_file.hpp"
+#include "outputs/letters_json.hpp"
+#include "pipeline/face_models.hpp"
+
+namespace choreo::cli {
+namespace {
+
+// Of the body: a face and two arms are a fifth, somebody in a swimsuit three quarters.
+constexpr double kMostlyTone = 0.6;
+constexpr double kSomeTone = 0.002;  // A hand is more than that; less is noise.
+
+double percent(std::uint64_t part, std::uint64_t whole) { return 100.0 * double(part) / double(whole); }
+
+}  // namespace
+
+void SignalOptions::declare(CLI::App& command) {
+  command
+      .add_option("--state", state,
+                  "what stands for the body: mask, its silhouette, or particles, its face and bare arms\n"
+                  "(default mask; particles with --recognise)")
+      ->type_name("STATE")
+      ->check(CLI::IsMember({"mask", "particles"}));
+  command.add_option("--recognise", recognise, "read the signs of: semaphore")
+      ->type_name("WHAT")
+      ->check(CLI::IsMember({"semaphore"}));
+}
+
+std::unique_ptr<vision::FaceDetector> load_faces(const config::Options& settings) {
+  pipeline::FaceModelOptions models;
+  if (!settings.cascades.empty()) models.cascades = settings.cascades;
+  models.model = settings.face_model;
+  models.haar = settings.haar;
+  return pipeline::load_face_detector(models);
+}
+
+pipeline::PictureSetOptions picture_options(const config::Options& settings) {
+  pipeline::PictureSetOptions options;
+  options.semaphore = settings.semaphore;
+  options.tones = settings.tones;
+  if (!settings.tones.file.empty()) options.given = config::load_tones(settings.tones.file);
+  return options;
+}
+
+void SignalTally::add(const pipeline::Observation& o) {
+  ++frames_;
+  ++cases_[std::size_t(o.arms.found)];
+  several_faces_ += o.faces > 1 ? 1 : 0;
+  if (!o.mask.body) return;
+  ++bodies_;
+  some_tone_ += o.tone_share > kSomeTone ? 1 : 0;
+  all_tone_ += o.tone_share > kMostlyTone ? 1 : 0;
+}
+
+std::vector<std::string> SignalTally::warnings(const config::Options& settings) const {
+  std::vector<std::string> lines;
+  if (!colour_) {
+    lines.emplace_back(
+        "the pictures have no colour, and tones need it: nothing is known of arms, and the silhouette goes on");
+  }
+  if (bodies_ == 0) return lines;  // That is said already.
+  const auto faceless = cases_[std::size_t(vision::ArmCase::kNoFace)];
+  if (several_faces_ > 0) {
+    lines.push_back(fmt::format(
+        "several faces in {:.0f} % of the frames: {} counts (face.choose)", percent(several_faces_, frames_),
+        settings.face.track.choose == vision::FaceChoice::kLargest ? "the largest" : "the one that was there first"));
+  }
+  if (faceless == frames_) {
+    lines.emplace_back(
+        "no face was ever seen, so nothing is known of the arms: somebody is to look at the camera, larger than "
+        "face.least_share of the picture's height");
+    return lines;
+  }
+  if (some_tone_ == 0) {
+    lines.push_back(fmt::format("none of the body has the tone of {}: see tones.arms, tones.threshold",
+                                fmt::join(settings.tones.arms, ", ")));
+  } else if (2 * all_tone_ > bodies_) {
+    lines.push_back(fmt::format(
+        "most of the body has the tone of {} in {:.0f} % of the frames, so arms cannot be told from it: wear another "
+        "colour, or give the arms one of their own (choreoscope tones train)",
+        fmt::join(settings.tones.arms, ", "), percent(all_tone_, bodies_)));
+  } else if (two_arms() == 0) {
+    lines.emplace_back("two arms were never seen apart: sleeves that end above the wrist, or see tones.arms");
+  }
+  return lines;
+}
+
+SignalChain::SignalChain(const config::Options& settings, bool reads, std::function<void(std::uint64_t)> on_late) {
+  auto options = settings.face;
+  options.waits = on_late == nullptr;
+  options.on_late = std::move(on_late);
+  auto face = std::make_unique<pipeline::FaceStage>(load_faces(settings), std::move(options));
+  face_ = face.get();
+  stages_.push_back(std::move(face));
+
+  pipeline::ParticleStageOptions particles;
+  particles.tones = settings.tones;
+  if (!settings.tones.file.empty()) particles.given = config::load_tones(settings.tones.file);
+  particles.arms = settings.arms;
+  particles.bounds = settings.bounds;
+  stages_.push_back(std::make_unique<pipeline::ParticleStage>(std::move(particles)));
+
+  if (!reads) return;
+  auto semaphore = std::make_unique<pipeline::SemaphoreStage>(settings.semaphore, settings.bounds);
+  semaphore_ = semaphore.get();
+  stages_.push_back(std::move(semaphore));
+}
+
+void SignalChain::add_to(std::vector<std::unique_ptr<pipeline::Stage>>& stages) {
+  for (auto& stage : stages_) stages.push_back(std::move(stage));
+  stages_.clear();
+}
+
+void SignalChain::finish() {
+  if (semaphore_ != nullptr) semaphore_->finish();
+}
+
+outputs::SignalOverlay overlay_of(const pipeline::Observation& o, cv::Size picture) {
+  outputs::SignalOverlay overlay;
+  const double scale = double(picture.height) / std::max(1, o.picture.rows);
+  if (o.face) {
+    const double half = scale * o.face->width / 2;
+    overlay.faces.push_back({scale * o.face->centre, {half, half}});
+  }
+  const std::size_t arms = o.arms.found == vision::ArmCase::kTwoArms                                              ? 2
+                           : o.arms.found == vision::ArmCase::kOneArm || o.arms.found == vision::ArmCase::kJoined ? 1
+                                                                                                                  : 0;
+  for (std::size_t k = 0; k < arms; ++k) {
+    const auto& m = o.arms.blob[k].moments;
+    const double per = scale * scale / m.m00;
+    overlay.arms.push_back(outputs::ring_of(scale * m.centroid, per * m.mu20, per * m.mu11, per * m.mu02));
+  }
+  if (!o.signal) return overlay;
+  overlay.text = o.signal->text;
+  if (o.signal->held) overlay.letter = o.signal->held->sign;
+  if (o.signal->now.sign) {
+    overlay.beside =
+        fmt::format("{} {:.2f}, then {}", *o.signal->now.sign, o.signal->now.confidence, o.signal->now.runner_up);
+  }
+  return overlay;
+}
+
+std::string letters_json(const SignalChain& chain) {
+  const auto* semaphore = chain.semaphore();
+  if (semaphore == nullptr) return outputs::letters_json({}, {});
+  return outputs::letters_json(semaphore->signs(), semaphore->text());
+}
+
+}  // namespace choreo::cli

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// What analyze and live share of the way from pictures to particles and letters.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "cli/console.hpp"
+#include "config/options.hpp"
+#include "outputs/signal_overlay.hpp"
+#include "pipeline/picture_set.hpp"
+#include "pipeline/stages/face_stage.hpp"
+#include "pipeline/stages/particle_stage.hpp"
+#include "pipeline/stages/semaphore_stage.hpp"
+
+namespace choreo::cli {
+
+/// Which state stands for the body, and what is read of it.
+struct SignalOptions {
+  std::string state;      ///< mask or particles; empty: by what is read.
+  std::string recognise;  ///< semaphore; empty: nothing.
+
+  void declare(CLI::App& command);
+
+  [[nodiscard]] bool reads() const { return !recognise.empty(); }
+  /// Whether states are particles.
+  [[nodiscard]] bool particles() const { return state.empty() ? reads() : state == "particles"; }
+};
+
+/// The detector that the settings name. @throws Error (usage) for a file that cannot be used.
+[[nodiscard]] std::unique_ptr<vision::FaceDetector> load_faces(const config::Options& settings);
+
+/// What reading a set of pictures takes of the settings. @throws Error (usage) likewise.
+[[nodiscard]] pipeline::PictureSetOptions picture_options(const config::Options& settings);
+
+/// How often what was seen of faces and arms; over all frames of a run.
+class SignalTally {
+ public:
+  void add(const pipeline::Observation& observation);
+  /// Says that nothing was looked at, since the pictures are grey.
+  void no_colour() { colour_ = false; }
+
+  [[nodiscard]] std::uint64_t two_arms() const { return cases_[std::size_t(vision::ArmCase::kTwoArms)]; }
+  [[nodiscard]] std::uint64_t frames() const { return frames_; }
+  /// One line for each thing that is not as it should be.
+  [[nodiscard]] std::vector<std::string> warnings(const config::Options& settings) const;
+
+ private:
+  bool colour_ = true;
+  std::uint64_t frames_ = 0;
+  std::uint64_t bodies_ = 0;
+  std::uint64_t several_faces_ = 0;
+  std::uint64_t all_tone_ = 0;   // Frames most of whose body has the arms' tone,
+  std::uint64_t some_tone_ = 0;  // and with any of it at all.
+  std::array<std::uint64_t, 5> cases_{};
+};
+
+/// The stages behind the mask: face, arms and, where signs are read, letters.
+class SignalChain {
+ public:
+  /// @param on_late  told the number of a frame at which a search for faces was not ready; empty: every search is
+  ///   waited for.
+  /// @throws Error (usage) for a file that cannot be used or settings that do not fit together.
+  SignalChain(const config::Options& settings, bool reads, std::function<void(std::uint64_t)> on_late);
+
+  /// Hands the stages over; once.
+  void add_to(std::vector<std::unique_ptr<pipeline::Stage>>& stages);
+
+  /// After the run: what was held ends. While the stages live.
+  void finish();
+  /// Null where nothing is read.
+  [[nodiscard]] const pipeline::SemaphoreStage* semaphore() const { return semaphore_; }
+  [[nodiscard]] const pipeline::FaceStage& face() const { return *face_; }
+
+ private:
+  std::vector<std::unique_ptr<pipeline::Stage>> stages_;
+  pipeline::FaceStage* face_ = nullptr;
+  pipeline::SemaphoreStage* semaphore_ = nullptr;
+};
+
+/// Face, arms, letter and text over a picture of that size.
+[[nodiscard]] outputs::SignalOverlay overlay_of(const pipeline::Observation& observation, cv::Size picture);
+
+/// What was read, as letters.json; nothing but an empty text where nothing could be looked at.
+[[nodiscard]] std::string letters_json(const SignalChain& chain);
+
+}  // namespace choreo::cli

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "recognition/semaphore_reader.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace choreo::recognition {
+namespace {
+
+constexpr double kLeave = 0.12;   // seconds elsewhere that end a sign
+constexpr double kRecent = 0.20;  // seconds of states that are read as one
+constexpr double kBefore = 0.40;  // and how far back the states go that they are compared with
+constexpr double kSlack = 1e-9;
+
+struct Mean {
+  std::array<Eigen::Vector2d, 2> arm = {Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
+  double time_s = 0;
+  int count = 0;
+};
+
+double dot(const UnitPsi& a, const UnitPsi& b) {
+  double sum = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) sum += a[k] * b[k];
+  return sum;
+}
+
+std::size_t index_of(std::string_view sign) {
+  const auto signs = body::semaphore_signs();
+  const auto found = std::find_if(signs.begin(), signs.end(), [&](const auto& s) { return s.name == sign; });
+  return static_cast<std::size_t>(found - signs.begin());
+}
+
+}  // namespace
+
+SemaphoreReader::SemaphoreReader(const SemaphoreOptions& options, const body::ParticleBounds& bounds)
+    : templates_(options, bounds), movements_(options.mirrored, bounds) {}
+
+HeldSign SemaphoreReader::told(const Hold& hold) {
+  return {body::semaphore_signs()[hold.sign].name, hold.from, hold.to,
+          hold.confidences > 0 ? hold.confidence_sum / hold.confidences : 0, hold.runner_up};
+}
+
+void SemaphoreReader::note(Hold& hold, double time_s, const SignReading& reading) {
+  hold.to = time_s;
+  // On its way out a sign may be held and yet not be read.
+  if (!reading.sign || *reading.sign != body::semaphore_signs()[hold.sign].name) return;
+  hold.confidence_sum += reading.confidence;
+  ++hold.confidences;
+  if (reading.confidence > hold.surest) {
+    hold.surest = reading.confidence;
+    hold.runner_up = reading.runner_up;
+  }
+}
+
+SignMatch SemaphoreReader::match(const body::ParticleState& state) const {
+  const auto& newest = recent_.back();
+  UnitPsi sum{};
+  for (const auto& s : recent_) {
+    if (s.joined != newest.joined || s.time_s < newest.time_s - kRecent) continue;
+    for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += s.psi[k];
+  }
+  // Within so short a time states do not point apart.
+  const double length = std::sqrt(std::max(dot(sum, sum), 1e-12));
+  for (double& v : sum) v /= length;
+  return templates_.match(sum, state);
+}
+
+// By places, not by Psi: near the bounds the smallest noise turns a lifted vector far.
+bool SemaphoreReader::still() const {
+  const auto& newest = recent_.back();
+  std::array<Mean, 2> means;  // before, recent
+  for (const auto& s : recent_) {
+    if (s.joined != newest.joined) continue;
+    auto& mean = means[s.time_s < newest.time_s - kRecent ? 0 : 1];
+    // One above the other, arms may change their order.
+    const bool same = (s.arm[0] - s.arm[1]).dot(newest.arm[0] - newest.arm[1]) >= 0;
+    for (std::size_t k = 0; k < 2; ++k) mean.arm[k] += s.arm[same ? k : 1 - k];
+    mean.time_s += s.time_s;
+    ++mean.count;
+  }
+  const auto& [before, recent] = means;
+  if (before.count == 0) return false;
+  const double seconds = recent.time_s / recent.count - before.time_s / before.count;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const double way = (recent.arm[k] / recent.count - before.arm[k] / before.count).norm();
+    if (way > templates_.options().still_widths_s * seconds) return false;
+  }
+  return true;
+}
+
+void SemaphoreReader::end_hold(SemaphoreStep& step) {
+  step.ended.push_back(told(*held_));
+  held_.reset();
+  left_.reset();
+}
+
+void SemaphoreReader::take(const std::optional<Movement>& movement, SemaphoreStep& step) {
+  if (movement) step.ended.push_back({movement->name, movement->from, movement->to, movement->confidence, {}});
+}
+
+void SemaphoreReader::lapse(double time_s, SemaphoreStep& step) {
+  if (!last_state_ || time_s - *last_state_ <= templates_.options().bridge_s + kSlack) return;
+  if (held_) end_hold(step);
+  candidate_.reset();
+  recent_.clear();
+}
+
+void SemaphoreReader::follow(double time_s, const SignMatch& match, SemaphoreStep& step) {
+  const auto& options = templates_.options();
+  if (held_) {
+    const auto& z = match.similarity;
+    const double best = *std::max_element(z.begin(), z.end());
+    const double own = z[held_->sign];
+    if (own >= options.least_similarity - options.hysteresis && own >= best - options.margin) {
+      note(*held_, time_s, step.now);
+      left_.reset();
+      candidate_.reset();
+      return;
+    }
+    if (!left_) left_ = time_s;
+    if (time_s - *left_ >= kLeave - kSlack) end_hold(step);
+  }
+  const bool shown = step.now.sign && still();
+  const std::size_t sign = shown ? index_of(*step.now.sign) : 0;
+  if (!shown) {
+    if (candidate_ && time_s - candidate_->to >= kLeave - kSlack) candidate_.reset();
+    return;
+  }
+  if (!candidate_ || candidate_->sign != sign) {
+    Hold fresh;
+    fresh.sign = sign;
+    fresh.from = time_s;
+    candidate_ = fresh;
+  }
+  note(*candidate_, time_s, step.now);
+  if (time_s - candidate_->from < options.hold_s - kSlack) return;
+  if (held_) end_hold(step);
+  held_ = candidate_;
+  candidate_.reset();
+}
+
+SemaphoreStep SemaphoreReader::add(double time_s, const std::optional<body::ParticleState>& state) {
+  SemaphoreStep step;
+  if (last_ && time_s <= *last_) {
+    if (held_) step.held = told(*held_);
+    return step;
+  }
+  last_ = time_s;
+  lapse(time_s, step);
+  if (state) {
+    take(movements_.add(time_s, *state), step);
+    last_state_ = time_s;
+    while (!recent_.empty() && recent_.front().time_s < time_s - kBefore - kSlack) recent_.pop_front();
+    const auto& parts = state->parts();
+    recent_.push_back({time_s, unit_psi(*state), state->joined(), {parts.eta + parts.alpha, parts.eta - parts.alpha}});
+    const auto matched = match(*state);
+    step.now = templates_.read(matched);
+    follow(time_s, matched, step);
+  } else {
+    take(movements_.pass(time_s), step);
+  }
+  if (held_) step.held = told(*held_);
+  return step;
+}
+
+std::vector<HeldSign> SemaphoreReader::finish() {
+  SemaphoreStep step;
+  if (held_) end_hold(step);
+  take(movements_.finish(), step);
+  recent_.clear();
+  candidate_.reset();
+  last_.reset();
+  last_state_.reset();
+  return step.ended;
+}
+
+}  // namespace choreo::recognition

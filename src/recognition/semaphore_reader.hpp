@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a stream of particle states to signs of semaphore with their times.
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "recognition/semaphore_movement.hpp"
+#include "recognition/semaphore_templates.hpp"
+
+namespace choreo::recognition {
+
+/// A sign that was held, or a movement that was made.
+struct HeldSign {
+  std::string_view sign;  ///< A sign of body::semaphore_signs(), kAttention or kError.
+  double from = 0;        ///< Seconds, in the time of the states.
+  double to = 0;
+  double confidence = 0;       ///< Mean of the readings' while it was held, 0 to 1.
+  std::string_view runner_up;  ///< The sign that came nearest beside it at the surest moment; empty for a movement.
+};
+
+/// What a moment's state says, and what it changes.
+struct SemaphoreStep {
+  SignReading now;               ///< Of the last 0.2 seconds' states, whether held or not; none without a state.
+  std::optional<HeldSign> held;  ///< The sign that is being held, up to now.
+  std::vector<HeldSign> ended;   ///< Signs that are over, in the order of their ends.
+};
+
+/// Reads signs that are held: a sign begins when for `hold_s` the arms are still and one sign leads; it ends when for
+/// 0.12 seconds they have been elsewhere, or were not seen for `bridge_s`. Time in which there is no state (one arm
+/// hidden, no arm, no face) shows no sign. A state whose arms are joined is compared with the figure whose arms are:
+/// folded hands are REST, and arms that meet while both point to one side are a letter (H, I, O, W, X, Z). One held
+/// sign is one sign however long; the same again needs another posture or a pause in between. A dancer who holds a
+/// sign's posture for `hold_s` does show that sign.
+///
+/// Depends on times and states alone. Frame rates from 10 to 240 a second.
+/// @thread thread-bound
+class SemaphoreReader {
+ public:
+  /// @param bounds  those of the states that will come. @throws Error (usage) by options.validate().
+  explicit SemaphoreReader(const SemaphoreOptions& options = {}, const body::ParticleBounds& bounds = {});
+
+  /// @param time_s  increasing; a state that is not later than the last is not looked at.
+  /// @param state   nothing where two arms and a face were not seen.
+  /// @cost  two passes over the templates, about 2000 in all; allocates where a sign ends.
+  SemaphoreStep add(double time_s, const std::optional<body::ParticleState>& state);
+
+  /// Ends what is being held, at the stream's end. The reader is then as new.
+  std::vector<HeldSign> finish();
+
+ private:
+  struct Sample {
+    double time_s;
+    UnitPsi psi;
+    bool joined;
+    std::array<Eigen::Vector2d, 2> arm;  // from the face, in face widths
+  };
+  struct Hold {
+    std::size_t sign = 0;
+    double from = 0, to = 0;
+    double confidence_sum = 0;
+    int confidences = 0;
+    double surest = -1;
+    std::string_view runner_up;
+  };
+
+  [[nodiscard]] static HeldSign told(const Hold& hold);
+  static void note(Hold& hold, double time_s, const SignReading& reading);
+  [[nodiscard]] bool still() const;
+  [[nodiscard]] SignMatch match(const body::ParticleState& newest) const;
+  void follow(double time_s, const SignMatch& match, SemaphoreStep& step);
+  void lapse(double time_s, SemaphoreStep& step);
+  void end_hold(SemaphoreStep& step);
+  void take(const std::optional<Movement>& movement, SemaphoreStep& step);
+
+  SemaphoreTemplates templates_;
+  MovementDetector movements_;
+  std::deque<Sample> recent_;
+  std::optional<double> last_;        // time of the last call
+  std::optional<double> last_state_;  // time of the last state
+  std::optional<Hold> held_;
+  std::optional<double> left_;  // when the arms left the sign that is held
+  std::optional<Hold> candidate_;
+};
+
+}  // namespace choreo::recognition

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// From signs of semaphore to words.
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <string>
+
+#include "recognition/semaphore_reader.hpp"
+
+namespace choreo::recognition {
+
+/// Puts signs together to text.
+///
+/// - A letter is itself. After NUMERALS A to I and K are 1 to 9 and 0, until J leads back to letters (and is not
+///   written); other letters stay letters.
+/// - REST is a space where it lasts `word_gap` times as long as the signaller's letters do (the median of the last
+///   nine): between letters it is short or left out. No space begins or ends the text.
+/// - CANCEL takes the last character away, ERROR the last word: the customs of scouts, where the navies' ANNUL takes
+///   back what was said before. A space after what is taken away goes with it. ATTENTION writes nothing.
+class SemaphoreSpeller {
+ public:
+  /// @throws Error (usage) by options.validate().
+  explicit SemaphoreSpeller(const SemaphoreOptions& options = {});
+
+  /// Signs in the order of their ends, as SemaphoreReader gives them.
+  void add(const HeldSign& sign);
+
+  [[nodiscard]] const std::string& text() const { return text_; }
+
+  /// The text if `held` ended now: what a live view shows.
+  [[nodiscard]] std::string text_with(const std::optional<HeldSign>& held) const;
+
+  /// Letters stand for digits now.
+  [[nodiscard]] bool numerals() const { return numerals_; }
+
+ private:
+  void write(char c);
+
+  double word_gap_;
+  std::deque<double> letter_seconds_;  // of the last signs
+  std::string text_;
+  bool space_ = false;  // before the next character
+  bool numerals_ = false;
+};
+
+}  // namespace choreo::recognition

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs of the built program that look at faces and arms: what they write, that live equals the batch, what they refuse.
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <opencv2/imgcodecs.hpp>
+
+#include "devices/synthetic/performer.hpp"
+#include "end_to_end/refusal_fixture.hpp"
+
+namespace choreo::test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::AnyOf;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsSupersetOf;
+
+class Semaphore : public RefusalTest {
+ protected:
+  // Who says one letter, in a room that is empty for a second first.
+  static constexpr auto kSays = "synthetic://semaphore?text=RU&fps=10&seed=5&skin=light";
+
+  [[nodiscard]] std::string out() const { return folder_ / "out"; }
+
+  static nlohmann::json json_of(const std::string& path) {
+    const auto text = read_bytes(path);
+    return nlohmann::json::parse(text.begin(), text.end());
+  }
+
+  // Sets of 26 pictures are read elsewhere: three show how.
+  void film_pictures(const std::string& letters) {
+    for (const char letter : letters) {
+      devices::synthetic::PerformerSettings settings;
+      settings.text = std::string(1, letter);
+      settings.size = {480, 360};
+      settings.seed = 4;
+      settings.skin = "light";
+      const devices::synthetic::Performer performer("semaphore", settings);
+      const auto held = performer.first_frame() + int(2.2 * settings.fps);
+      cv::imwrite(folder_ / "pictures" + "/" + letter + "_.png", performer.perform(held).bgr);
+    }
+  }
+};
+
+TEST_F(Semaphore, TheBundledClipIsSpelled) {
+  const auto run = analyze(std::string(CHOREO_PROJECT_ROOT) + "/recordings/semaphore-dance.mp4", out(),
+                           {"--recognise", "semaphore"});
+  EXPECT_TRUE(run.out.ends_with("\nDANCE\n")) << run.out;
+  const auto json = json_of(out() + "/letters.json");
+  EXPECT_EQ(json["text"], "DANCE");
+  std::string letters;
+  double before = 0;
+  for (const auto& letter : json["letters"]) {
+    letters += letter["letter"].get<std::string>();
+    EXPECT_LT(before, letter["from"].get<double>());
+    EXPECT_LT(letter["from"].get<double>(), letter["to"].get<double>());
+    before = letter["to"];
+  }
+  EXPECT_EQ(letters, "DANCE");
+}
+
+TEST_F(Semaphore, ParticlesAreComparedWrittenAndTheSameLive) {
+  analyze(kSays, out(),
+          {"--state", "particles", "--save", "particles", "--set", "working.rows=480", "--background", "first:1s",
+           "--threads", "1"});
+  const Results results(out());
+  // A second of nobody, then somebody who stands with both arms in sight once the face is known.
+  EXPECT_TRUE(std::isnan(results.Z(0, 0)));
+  const auto last = results.n - 1;
+  EXPECT_EQ(results.Z(last, last), 1);
+  EXPECT_GT(results.Zstar(last, last), 0.98) << "REST is its own mirror image";
+  std::ifstream csv(out() + "/particles.csv");
+  std::string line;
+  std::size_t rows = 0;
+  std::size_t with_arms = 0;
+  while (std::getline(csv, line)) {
+    ++rows;
+    with_arms += line.find(",two_arms,") != std::string::npos ? 1 : 0;
+  }
+  EXPECT_EQ(rows, results.n + 1);
+  EXPECT_GT(with_arms, results.n / 2);
+
+  const auto live_out = folder_ / "live";
+  const auto live = choreoscope({"live", kSays, "--headless", "--pace", "max", "--state", "particles", "--background",
+                                 "first:1s", "--out", live_out});
+  ASSERT_EQ(live.status, 0) << live.told();
+  for (const auto* name : {"z.npy", "zstar.npy", "times.npy", "plot.png"}) {
+    EXPECT_TRUE(read_bytes(out() + "/" + name) == read_bytes(live_out + "/" + name)) << name;
+  }
+}
+
+TEST_F(Semaphore, LiveSpellsAndWritesTheLetters) {
+  const auto run = choreoscope({"live", kSays, "--headless", "--pace", "max", "--recognise", "semaphore",
+                                "--background", "first:1s", "--out", out()});
+  ASSERT_EQ(run.status, 0) << run.told();
+  EXPECT_TRUE(run.out.ends_with("\nRU\n")) << run.told();
+  EXPECT_EQ(json_of(out() + "/letters.json")["text"], "RU");
+}
+
+TEST_F(Semaphore, ASetOfPicturesHasALetterEach) {
+  std::filesystem::create_directory(folder_ / "pictures");
+  film_pictures("RUN");
+  const auto run = analyze(folder_ / "pictures", out(), {"--recognise", "semaphore"});
+  const auto json = json_of(out() + "/letters.json");
+  std::vector<std::string> read;
+  for (const auto& picture : json["pictures"])
+    read.push_back(picture["file"].get<std::string>() + picture["letter"].dump());
+  EXPECT_THAT(read, ElementsAre("N_.png\"N\"", "R_.png\"R\"", "U_.png\"U\""));
+  EXPECT_THAT(files_in(out()), IsSupersetOf({"letters.json", "pictures.png"}));
+}
+
+TEST_F(Semaphore, GreyPicturesGoOnWithTheSilhouetteAndSaySo) {
+  const auto clip = folder_ / "grey.avi";
+  // An image folder of greys: no colour at all.
+  const auto grey = folder_ / "grey";
+  std::filesystem::create_directory(grey);
+  for (int k = 0; k < 12; ++k) {
+    cv::Mat picture(120, 160, CV_8UC3, cv::Scalar::all(120));
+    if (k > 3) picture(cv::Rect(40 + 4 * k, 30, 30, 80)).setTo(cv::Scalar::all(30));
+    cv::imwrite(grey + "/f" + std::to_string(100 + k) + ".png", picture);
+  }
+  const auto run = analyze(grey, out(), {"--state", "particles", "--recognise", "semaphore"});
+  EXPECT_THAT(run.err_lines("choreoscope: warning: "), Contains(HasSubstr("no colour"))) << run.told();
+  EXPECT_EQ(json_of(out() + "/letters.json")["letters"].size(), 0U);
+  const Results results(out());
+  EXPECT_EQ(results.Z(results.n - 1, results.n - 1), 1) << "silhouettes";
+}
+
+TEST_F(Semaphore, WithoutAFaceItSaysWhatIsMissing) {
+  const auto run =
+      analyze("synthetic://walking?size=160x120&fps=10&duration=2&seed=4", out(), {"--state", "particles"});
+  EXPECT_THAT(run.err_lines("choreoscope: warning: "), Contains(HasSubstr("no face was ever seen"))) << run.told();
+}
+
+TEST_F(Semaphore, FilesThatAreNotWhatTheyShouldBeAreRefusedBeforeTheRun) {
+  const auto nothing = folder_ / "nothing";
+  std::ofstream(nothing + ".txt") << "hello\n";
+  const std::vector<std::pair<std::string, std::string>> bad = {{"tones.file=" + nothing + ".toml", "nothing.toml"},
+                                                                {"tones.file=" + nothing + ".txt", "nothing.txt"},
+                                                                {"face.cascades=" + nothing, "haarcascade_frontalface"},
+                                                                {"face.model=" + nothing + ".onnx", "nothing.onnx"},
+                                                                {"face.model=" + nothing + ".txt", "nothing.txt"},
+                                                                {"tones.arms=[\"glove\"]", "glove"},
+                                                                {"arms.largest_arm=0.1", "largest_arm"},
+                                                                {"face.most_share=0.02", "most_share"}};
+  for (const auto& [setting, named] : bad) {
+    const auto run = choreoscope({"analyze", kSays, "--out", out(), "--recognise", "semaphore", "--set", setting});
+    EXPECT_THAT(complaint_of(run, 2) + hint_of(run), HasSubstr(named)) << setting;
+    EXPECT_TRUE(files_in(out()).empty()) << setting;
+  }
+}
+
+TEST_F(Semaphore, AnUnknownStateOrAlphabetIsRefused) {
+  EXPECT_THAT(complaint_of(choreoscope({"analyze", kSays, "--out", out(), "--state", "joints"}), 2),
+              HasSubstr("--state"));
+  EXPECT_THAT(complaint_of(choreoscope({"live", kSays, "--recognise", "morse"}), 2), HasSubstr("--recognise"));
+}
+
+}  // namespace
+}  // namespace choreo::test

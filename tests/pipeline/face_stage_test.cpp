@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/stages/face_stage.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <future>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include "pipeline/fakes.hpp"
+#include "pipeline/runner.hpp"
+#include "support/frames.hpp"
+
+namespace choreo::pipeline {
+namespace {
+
+using vision::Face;
+
+// Finds what a function says, in coordinates of the part that it is given.
+class FakeDetector final : public vision::FaceDetector {
+ public:
+  using Find = std::function<std::vector<Face>(const cv::Mat& grey)>;
+  explicit FakeDetector(Find find) : find_(std::move(find)) {}
+  std::vector<Face> detect(const cv::Mat& grey, const cv::Rect&, double, double, vision::FaceLook) override {
+    return find_(grey);
+  }
+
+ private:
+  Find find_;
+};
+
+// The brightest pixel's surroundings.
+std::vector<Face> brightest(const cv::Mat& grey) {
+  double most = 0;
+  cv::Point at;
+  cv::minMaxLoc(grey, nullptr, &most, nullptr, &at);
+  if (most < 200) return {};
+  return {{{at.x - 9.5, at.y - 9.5, 20, 20}, 0.5}};
+}
+
+constexpr auto kFrame = std::chrono::milliseconds(40);
+
+// A bright spot that moves to the right by a pixel a frame.
+std::vector<devices::FramePtr> moving_spot(int count, const std::set<std::uint64_t>& late = {}) {
+  std::vector<devices::FramePtr> frames;
+  for (int i = 0; i < count; ++i) {
+    cv::Mat picture = cv::Mat::zeros(120, 160, CV_8UC3);
+    picture(cv::Rect(40 + i % 80, 50, 1, 1)).setTo(cv::Scalar::all(255));
+    auto frame = std::make_shared<devices::Frame>();
+    frame->sequence = std::uint64_t(i);
+    frame->device_time = i * Nanoseconds(kFrame);
+    frame->bgr = picture;
+    frame->late_face = late.contains(frame->sequence);
+    frames.push_back(frame);
+  }
+  return frames;
+}
+
+Observation observation_of(const devices::FramePtr& frame) {
+  Observation observation;
+  observation.frame = frame;
+  observation.time = frame->device_time;
+  return observation;
+}
+
+struct Known {
+  bool face = false;
+  double x = 0, y = 0, width = 0, confidence = 0, unseen_s = 0;
+  int faces = 0;
+  bool operator==(const Known&) const = default;
+};
+
+Known known(const Observation& o) {
+  if (!o.face) return {.faces = o.faces};
+  return {true, o.face->centre.x, o.face->centre.y, o.face->width, o.face->confidence, o.face->unseen_s, o.faces};
+}
+
+std::vector<Known> all_known(FaceStage& stage, const std::vector<devices::FramePtr>& frames) {
+  std::vector<Known> all;
+  for (const auto& frame : frames) {
+    auto observation = observation_of(frame);
+    stage.process(observation);
+    all.push_back(known(observation));
+  }
+  return all;
+}
+
+FaceStageOptions at_once(int delay = 3) {
+  FaceStageOptions options;
+  options.track.persistence = 1;
+  options.delay_frames = delay;
+  options.rows = 120;  // As the spot's frames have.
+  return options;
+}
+
+TEST(FaceStage, WhatIsAskedAtAFrameTakesEffectSoManyFramesLater) {
+  for (const int delay : {1, 3, 10}) {
+    FaceStage stage(std::make_unique<FakeDetector>(brightest), at_once(delay));
+    const auto all = all_known(stage, moving_spot(20));
+    for (int i = 0; i < delay; ++i) EXPECT_FALSE(all[std::size_t(i)].face) << i;
+    const auto& first = all[std::size_t(delay)];
+    ASSERT_TRUE(first.face);
+    EXPECT_NEAR(first.unseen_s, delay * to_seconds(Nanoseconds(kFrame)), 1e-9);
+    EXPECT_NEAR(first.x, 40.5, 1e-9) << "where the spot was in the frame that was searched";
+    EXPECT_NEAR(first.width, 20, 1e-9);
+    EXPECT_EQ(first.faces, 1);
+  }
+}
+
+TEST(FaceStage, TheFaceIsGivenInPixelsOfTheObservationsPicture) {
+  FaceStage stage(std::make_unique<FakeDetector>(brightest), at_once());
+  Observation last;
+  for (const auto& frame : moving_spot(4)) {
+    last = observation_of(frame);
+    cv::resize(frame->bgr, last.picture, {80, 60});
+    stage.process(last);
+  }
+  ASSERT_TRUE(last.face);
+  EXPECT_NEAR(last.face->centre.x, 20.25, 1e-9);
+  EXPECT_NEAR(last.face->width, 10, 1e-9);
+}
+
+TEST(FaceStage, SmallFramesAreEnlargedToAtMostTwiceTheirSize) {
+  for (const auto& [asked, searched] : {std::pair{480, 240}, {240, 240}, {180, 180}, {120, 120}}) {
+    auto options = at_once();
+    options.rows = asked;
+    int rows = 0;
+    {
+      FaceStage stage(std::make_unique<FakeDetector>([&](const cv::Mat& grey) {
+                        rows = std::max(rows, grey.rows);
+                        return std::vector<Face>{};
+                      }),
+                      options);
+      (void)all_known(stage, moving_spot(20));
+    }
+    // Searches are of parts of the picture, by and by of nearly all of its rows.
+    EXPECT_LE(rows, searched) << asked;
+    EXPECT_GT(rows, searched * 2 / 3) << asked;
+  }
+}
+
+TEST(FaceStage, LargeFramesAreSearchedAtFewerRows) {
+  auto options = at_once();
+  options.rows = 60;
+  int rows = 0;
+  FaceStage stage(std::make_unique<FakeDetector>([&](const cv::Mat& grey) {
+                    rows = std::max(rows, grey.rows);
+                    return std::vector<Face>{};
+                  }),
+                  options);
+  (void)all_known(stage, moving_spot(20));
+  stage.stop();
+  EXPECT_GT(rows, 0);
+  EXPECT_LE(rows, 60);
+}
+
+TEST(FaceStage, OneThreadOrManyGiveTheSame) {
+  const auto with_threads = [](int threads) {
+    std::vector<std::unique_ptr<Stage>> stages;
+    std::vector<Known> all;
+    stages.push_back(std::make_unique<FaceStage>(std::make_unique<FakeDetector>(brightest), at_once()));
+    stages.push_back(
+        std::make_unique<test::FunctionStage>("collect", [&](Observation& o) { all.push_back(known(o)); }));
+    test::ListedSource source(moving_spot(100));
+    const test::SimulatedClock clock;
+    RunnerOptions options;
+    options.threads = threads;
+    EXPECT_FALSE(run(source, {}, stages, options, clock, {}).problem);
+    return all;
+  };
+  const auto one = with_threads(1);
+  EXPECT_EQ(one.size(), 100U);
+  EXPECT_EQ(one, with_threads(0));
+}
+
+TEST(FaceStage, LiveADetectionThatIsNotReadyIsVoidAndNoted) {
+  std::promise<void> go;
+  auto gone = go.get_future().share();
+  std::vector<std::uint64_t> late;
+  auto options = at_once();
+  options.waits = false;
+  options.on_late = [&](std::uint64_t sequence) { late.push_back(sequence); };
+  FaceStage stage(std::make_unique<FakeDetector>([gone](const cv::Mat& grey) {
+                    gone.wait();
+                    return brightest(grey);
+                  }),
+                  options);
+  const auto all = all_known(stage, moving_spot(10));
+  for (const auto& one : all) EXPECT_FALSE(one.face);
+  ASSERT_FALSE(late.empty());
+  EXPECT_EQ(late.front(), 3U) << "asked at frame 0, due at frame 3";
+  EXPECT_EQ(stage.late(), late.size());
+  go.set_value();
+}
+
+// Whatever was late, for whatever reason, the replay that is told of it gives the same.
+TEST(FaceStage, AReplayThatVoidsTheSameDetectionsGivesTheSame) {
+  std::promise<void> go;
+  auto gone = go.get_future().share();
+  std::set<std::uint64_t> late;
+  auto options = at_once();
+  options.waits = false;
+  options.on_late = [&](std::uint64_t sequence) { late.insert(sequence); };
+  std::vector<Known> live;
+  {
+    FaceStage stage(std::make_unique<FakeDetector>([gone](const cv::Mat& grey) {
+                      gone.wait();
+                      return brightest(grey);
+                    }),
+                    options);
+    const auto frames = moving_spot(200);
+    for (const auto& frame : frames) {
+      if (frame->sequence == 20) go.set_value();
+      auto observation = observation_of(frame);
+      stage.process(observation);
+      live.push_back(known(observation));
+    }
+  }
+  EXPECT_FALSE(late.empty());
+  std::set<std::uint64_t> late_again;
+  options.waits = true;
+  options.on_late = [&](std::uint64_t sequence) { late_again.insert(sequence); };
+  FaceStage stage(std::make_unique<FakeDetector>(brightest), options);
+  EXPECT_EQ(all_known(stage, moving_spot(200, late)), live);
+  EXPECT_EQ(late_again, late);
+}
+
+TEST(FaceStage, AnErrorOfTheDetectorEndsTheRunWithItsMessageWhenItIsDue) {
+  const auto message = [](FakeDetector::Find find) {
+    FaceStage stage(std::make_unique<FakeDetector>(std::move(find)), at_once());
+    const auto frames = moving_spot(10);
+    for (std::size_t i = 0; i < 3; ++i) {
+      auto observation = observation_of(frames[i]);
+      stage.process(observation);
+    }
+    auto observation = observation_of(frames[3]);
+    const auto error = test::error_of([&] { stage.process(observation); });
+    return error ? std::string(error->what()) : std::string();
+  };
+  EXPECT_EQ(message([](const cv::Mat&) -> std::vector<Face> { throw failure("no luck"); }), "no luck");
+  EXPECT_EQ(message([](const cv::Mat&) -> std::vector<Face> { throw cv::Exception(-1, "too bad", "", "", 1); }),
+            "searching for faces failed: too bad");
+}
+
+TEST(FaceStage, EmptyAndTinyPicturesHaveNoFace) {
+  FaceStage stage(std::make_unique<FakeDetector>(brightest), at_once());
+  for (const cv::Mat& picture : {cv::Mat(), cv::Mat(1, 1, CV_8UC3, cv::Scalar::all(255))}) {
+    for (std::uint64_t i = 0; i < 8; ++i) {
+      auto observation = observation_of(test::frame_at(i, Nanoseconds(i * 1000000), picture));
+      stage.process(observation);
+      if (picture.empty()) {
+        EXPECT_FALSE(observation.face);
+      }
+    }
+  }
+}
+
+TEST(FaceStage, StoppingEndsTheThreadWhateverIsStillAskedFor) {
+  FaceStage stage(std::make_unique<FakeDetector>(brightest), at_once(60));
+  (void)all_known(stage, moving_spot(30));
+  EXPECT_GT(stage.asked(), 5U);
+  stage.stop();
+  stage.stop();
+}
+
+TEST(FaceStage, SettingsOutOfRangeAreRefused) {
+  const auto refused = [](auto change) {
+    FaceStageOptions options;
+    change(options);
+    EXPECT_THROW(options.validate(), Error);
+  };
+  refused([](auto& o) { o.delay_frames = 0; });
+  refused([](auto& o) { o.rows = 10; });
+  refused([](auto& o) { o.search.least_share = 2; });
+  refused([](auto& o) { o.track.persistence = 0; });
+}
+
+}  // namespace
+}  // namespace choreo::pipeline

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reading a stream of states: what is a letter, when it begins and ends, and what is none.
+#include "recognition/semaphore_reader.hpp"
+
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "recognition/semaphore_speller.hpp"
+#include "recognition/signaller.hpp"
+
+namespace choreo::recognition {
+namespace {
+
+using body::semaphore;
+using test::seen;
+using test::Signaller;
+
+struct Key {
+  double seconds;
+  std::string_view sign;
+};
+
+// Somebody who goes through signs: at every key's time the arms are there, in between they move on evenly.
+class Stream {
+ public:
+  explicit Stream(std::vector<Key> keys, Signaller who = {}, SemaphoreOptions options = {})
+      : keys_(std::move(keys)), who_(who), reader_(options) {}
+
+  Stream& rate(double fps) {
+    fps_ = fps;
+    return *this;
+  }
+  Stream& blind(double from, double to) {
+    blind_from_ = from;
+    blind_to_ = to;
+    return *this;
+  }
+
+  std::vector<HeldSign> read() {
+    std::vector<HeldSign> all;
+    std::mt19937_64 chance(3);
+    for (int f = 0; f / fps_ <= keys_.back().seconds; ++f) {
+      const double t = f / fps_;
+      std::optional<body::ParticleState> state;
+      if (t < blind_from_ || t >= blind_to_) state = seen(pose_at(t), who_, chance);
+      for (auto& sign : reader_.add(t, state).ended) all.push_back(sign);
+    }
+    for (auto& sign : reader_.finish()) all.push_back(sign);
+    return all;
+  }
+
+ private:
+  [[nodiscard]] body::Pose pose_at(double t) const {
+    std::size_t k = 0;
+    while (k + 2 < keys_.size() && keys_[k + 1].seconds <= t) ++k;
+    const auto pose = [&](std::size_t i) { return body::semaphore_pose(sign_of(keys_[i].sign)); };
+    const double share = (t - keys_[k].seconds) / (keys_[k + 1].seconds - keys_[k].seconds);
+    return body::blended(pose(k), pose(k + 1), std::clamp(share, 0.0, 1.0));
+  }
+  static body::SemaphoreSign sign_of(std::string_view name) {
+    if (name == "UP") return {"UP", 4, 4};
+    return semaphore(name).value();
+  }
+
+  std::vector<Key> keys_;
+  Signaller who_;
+  SemaphoreReader reader_;
+  double fps_ = 30;
+  double blind_from_ = 1e9, blind_to_ = 1e9;
+};
+
+std::string names(const std::vector<HeldSign>& signs) {
+  std::string all;
+  for (const auto& s : signs) {
+    if (s.sign != "REST") all += (all.empty() ? "" : " ") + std::string(s.sign);
+  }
+  return all;
+}
+
+TEST(SemaphoreReader, OneHeldSignIsOneSignHoweverLong) {
+  const auto signs = Stream({{0, "REST"}, {1, "REST"}, {1.5, "B"}, {61.5, "B"}, {62, "REST"}, {63, "REST"}}).read();
+  ASSERT_EQ(signs.size(), 3U);
+  EXPECT_EQ(names(signs), "B");
+  EXPECT_NEAR(signs[1].from, 1.5, 0.4);
+  EXPECT_NEAR(signs[1].to, 61.5, 0.3);
+  EXPECT_GT(signs[1].confidence, 0.95);
+  EXPECT_EQ(signs[1].runner_up == "A" || signs[1].runner_up == "C" || signs[1].runner_up == "S", true)
+      << signs[1].runner_up;
+}
+
+TEST(SemaphoreReader, ASignMustBeHeld) {
+  EXPECT_EQ(names(Stream({{0, "REST"}, {1, "REST"}, {1.4, "B"}, {1.6, "B"}, {2, "REST"}, {3, "REST"}}).read()), "");
+  EXPECT_EQ(names(Stream({{0, "REST"}, {1, "REST"}, {1.4, "B"}, {2.4, "B"}, {2.8, "REST"}, {3, "REST"}}).read()), "B");
+}
+
+TEST(SemaphoreReader, MovementThroughSignsDoesNotSpell) {
+  // From REST by A, B and C to D, and through H, S, CANCEL: at 45 degrees a second and more.
+  EXPECT_EQ(names(Stream({{0, "D"}, {4, "REST"}, {8, "D"}, {10, "REST"}, {11, "D"}, {11.5, "REST"}}).read()), "");
+  EXPECT_EQ(names(Stream({{0, "REST"}, {1, "Z"}, {2, "B"}, {3, "T"}, {4, "V"}, {5, "REST"}}).read()), "");
+}
+
+TEST(SemaphoreReader, TheSameLetterTwiceNeedsAnotherPostureInBetween) {
+  EXPECT_EQ(names(Stream({{0, "B"}, {2, "B"}, {2.4, "REST"}, {2.5, "REST"}, {2.9, "B"}, {5, "B"}}).read()), "B B");
+  // A look away, a twitch of the arms: still one.
+  EXPECT_EQ(names(Stream({{0, "B"}, {5, "B"}}).blind(2, 2.3).read()), "B");
+  EXPECT_EQ(names(Stream({{0, "B"}, {5, "B"}}).blind(2, 3).read()), "B B");
+}
+
+TEST(SemaphoreReader, FrameRateAndNoiseChangeNothing) {
+  std::mt19937_64 chance(9);
+  const std::vector<Key> keys = {{0, "REST"}, {1, "REST"}, {1.5, "H"},    {3, "H"},      {3.5, "E"}, {5, "E"},
+                                 {5.5, "L"},  {7, "L"},    {7.5, "REST"}, {7.8, "REST"}, {8.3, "L"}, {9.8, "L"}};
+  for (const double fps : {10.0, 25.0, 60.0, 120.0}) {
+    EXPECT_EQ(names(Stream(keys).rate(fps).read()), "H E L L") << fps;
+    auto who = test::anybody(chance, 0.5);
+    EXPECT_EQ(names(Stream(keys, who).rate(fps).read()), "H E L L") << fps << " sleeve " << who.sleeve;
+  }
+}
+
+TEST(SemaphoreReader, FewFramesWithoutAStateAreBridgedAndAHiddenArmIsNoLetter) {
+  EXPECT_EQ(names(Stream({{0, "K"}, {3, "K"}}).blind(1.5, 1.6).read()), "K");
+  EXPECT_EQ(names(Stream({{0, "K"}, {3, "K"}}).blind(0, 3).read()), "");
+}
+
+TEST(SemaphoreReader, ErrorIsThreeTimesUpAndDownAndSpellsNothing) {
+  for (const double way : {0.3, 0.5, 0.7}) {
+    std::vector<Key> keys = {{0, "REST"}, {1, "REST"}};
+    double t = 1.4;
+    for (int k = 0; k < 4; ++k) {
+      keys.push_back({t, "N"});
+      keys.push_back({t + way, "U"});
+      t += 2 * way;
+    }
+    keys.push_back({t, "N"});
+    keys.push_back({t + 0.4, "REST"});
+    keys.push_back({t + 1.4, "REST"});
+    const auto signs = Stream(keys).read();
+    EXPECT_EQ(names(signs), "ERROR") << way;
+    for (const auto& s : signs) {
+      if (s.sign != kError) continue;
+      EXPECT_NEAR(s.from, 1.3, 0.35);
+      EXPECT_NEAR(s.to, t, 0.35);
+    }
+  }
+}
+
+TEST(SemaphoreReader, AttentionSwingsOverheadAndSpellsNothing) {
+  std::vector<Key> keys = {{0, "REST"}, {1, "REST"}, {1.8, "U"}};
+  double t = 1.8;
+  for (int k = 0; k < 4; ++k) {
+    keys.push_back({t + 0.4, "UP"});
+    keys.push_back({t + 0.8, "U"});
+    t += 0.8;
+  }
+  keys.push_back({t + 0.8, "REST"});
+  keys.push_back({t + 2, "REST"});
+  EXPECT_EQ(names(Stream(keys).read()), "ATTENTION");
+}
+
+TEST(SemaphoreReader, TwoSwingsAreNoMovementSign) {
+  EXPECT_EQ(names(Stream({{0, "REST"}, {0.5, "N"}, {1, "U"}, {1.5, "N"}, {2, "U"}, {2.8, "REST"}, {4, "REST"}}).read()),
+            "");
+}
+
+TEST(SemaphoreReader, ArmsThatGoDownToRestEveryTimeAreNoErrorSign) {
+  std::vector<Key> keys;
+  for (int k = 0; k < 8; ++k) keys.push_back({0.6 * k, k % 2 == 0 ? "REST" : "U"});
+  EXPECT_EQ(names(Stream(keys).read()), "");
+}
+
+TEST(SemaphoreReader, WhatIsHeldIsToldWhileItIsHeld) {
+  SemaphoreReader reader;
+  const Signaller who;
+  std::mt19937_64 chance(1);
+  const auto state = seen(body::semaphore_pose(semaphore("R").value()), who, chance);
+  double first = -1;
+  for (int f = 0; f < 60; ++f) {
+    const auto step = reader.add(f / 30.0, state);
+    EXPECT_EQ(step.now.sign.value_or("none"), "R");
+    if (step.held && first < 0) first = f / 30.0;
+    if (step.held) {
+      EXPECT_NEAR(step.held->to, f / 30.0, 1e-9);
+    }
+  }
+  EXPECT_GT(first, 0.49);
+  EXPECT_LT(first, 0.9);
+  // The same moment again is not looked at.
+  EXPECT_FALSE(reader.add(59 / 30.0, std::nullopt).now.sign);
+  EXPECT_TRUE(reader.add(59 / 30.0, std::nullopt).held);
+  EXPECT_EQ(reader.finish().size(), 1U);
+  EXPECT_TRUE(reader.finish().empty());
+}
+
+TEST(SemaphoreReader, AMirroredCameraIsASetting) {
+  SemaphoreOptions options;
+  options.mirrored = true;
+  SemaphoreReader reader(options);
+  const Signaller who;
+  std::mt19937_64 chance(1);
+  const auto state = mirrored(seen(body::semaphore_pose(semaphore("A").value()), who, chance));
+  for (int f = 0; f < 60; ++f) (void)reader.add(f / 30.0, state);
+  EXPECT_EQ(names(reader.finish()), "A");
+}
+
+}  // namespace
+}  // namespace choreo::recognition
