@@ -44,7 +44,7 @@ class SemaphoreReader {
 
   /// @param time_s  increasing; a state that is not later than the last is not looked at.
   /// @param state   nothing where two arms and a face were not seen.
-  /// @cost  two passes over the templates, about 2000 in all; allocates where a sign ends.
+  /// @cost  two passes over the templates, about 6000 in all; allocates where a sign ends.
   SemaphoreStep add(double time_s, const std::optional<body::ParticleState>& state);
 
   /// Ends what is being held, at the stream's end. The reader is then as new.
