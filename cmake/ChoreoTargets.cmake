@@ -69,8 +69,8 @@ endif()
 
 # choreo_test(NAME [LABELS label] [TIMEOUT seconds] [LIBRARIES_FROM folder] [LIBS libs...] SOURCES ...)
 # Makes a GoogleTest program whose cases CTest runs one by one. Shared libraries that lie in LIBRARIES_FROM stand in for
-# those of the system. The label is unit unless said otherwise. The target unit_tests builds these programs but the end-to-end ones, and
-# threaded_tests those of the label unit_threaded, which are what the thread sanitizer is for.
+# those of the system. The label is unit unless said otherwise. The target unit_tests builds these programs but the
+# end-to-end ones, and threaded_tests those of the label unit_threaded, which are what the thread sanitizer is for.
 add_custom_target(unit_tests)
 add_custom_target(threaded_tests)
 function(choreo_test name)
