@@ -88,7 +88,7 @@ void add_face(std::vector<Field>& fields) {
       "from 1 to 1000 frames", "The same while nobody's face is known."));
   fields.push_back(integer(
       "face.rows", [](Options& o) -> int& { return o.face.rows; }, 60, 4320, "from 60 to 4320 rows",
-      "Faces are searched in pictures of so many rows; small ones are enlarged to twice their size at most."));
+      "Faces are searched in pictures of at most so many rows."));
   fields.push_back(integer(
       "face.neighbours", [](Options& o) -> int& { return o.haar.neighbours; }, 1, 100, "from 1 to 100",
       "Windows of the Haar cascade that must agree."));

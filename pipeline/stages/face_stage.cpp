@@ -22,13 +22,6 @@ namespace {
 
 constexpr int kNice = 10;  // Of the thread that searches.
 
-// A detector's windows are no smaller than 20 pixels: small pictures are enlarged for it, though not to a blur.
-cv::Size searched_size(cv::Size frame, int rows) {
-  constexpr int kMostEnlarged = 2;
-  if (frame.height >= rows || frame.empty()) return working_size(frame, rows);
-  return working_size(frame * kMostEnlarged, rows);
-}
-
 // The part `where` of the picture of `size` rows and columns that the frame gives, grey.
 cv::Mat grey_part(const cv::Mat& bgr, cv::Size size, const cv::Rect& where) {
   cv::Mat part;
@@ -39,8 +32,7 @@ cv::Mat grey_part(const cv::Mat& bgr, cv::Size size, const cv::Rect& where) {
     const double sy = double(bgr.rows) / size.height;
     const cv::Point from(static_cast<int>(where.x * sx), static_cast<int>(where.y * sy));
     const cv::Point to(static_cast<int>(std::ceil(where.br().x * sx)), static_cast<int>(std::ceil(where.br().y * sy)));
-    cv::resize(bgr(cv::Rect(from, to) & cv::Rect({0, 0}, bgr.size())), part, where.size(), 0, 0,
-               size.height < bgr.rows ? cv::INTER_AREA : cv::INTER_LINEAR);
+    cv::resize(bgr(cv::Rect(from, to) & cv::Rect({0, 0}, bgr.size())), part, where.size(), 0, 0, cv::INTER_AREA);
   }
   cv::Mat grey;
   cv::cvtColor(part, grey, cv::COLOR_BGR2GRAY);
@@ -183,7 +175,7 @@ void FaceStage::process(Observation& observation) {
   const auto& bgr = observation.frame->bgr;
   const auto sighting = due(observation);
   if (!bgr.empty()) {
-    const auto size = searched_size(bgr.size(), options_.rows);
+    const auto size = working_size(bgr.size(), options_.rows);
     auto report = tracker_.update(to_seconds(observation.time), size, sighting.get());
     observation.faces = report.in_sight;
     const auto& picture = observation.picture.empty() ? bgr : observation.picture;

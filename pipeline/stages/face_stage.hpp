@@ -22,8 +22,7 @@ struct FaceStageOptions {
   vision::FaceSearchOptions search;
   vision::FaceTrackOptions track;
   int delay_frames = 3;  ///< Frames from the one that is searched to the one that knows, [1, 60].
-  int rows = 480;        ///< Rows of the picture that is searched, [60, 4320]: larger ones are reduced to
-                         ///< so many, smaller ones enlarged to at most twice their size.
+  int rows = 480;        ///< Rows of the picture that is searched, [60, 4320]; larger ones are reduced to so many.
   bool waits = true;     ///< For a detection that is not ready when it is due; else it is void.
   /// Told of every detection that was not ready: the sequence number of the frame at which it was due. Called by the
   /// thread that calls `process`.

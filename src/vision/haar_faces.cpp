@@ -156,10 +156,11 @@ std::vector<Face> HaarFaceDetector::run(cv::CascadeClassifier& cascade, const cv
                                         double most_px, const FaceShape& shape) const {
   // A face is hit by windows somewhat smaller and larger than itself, and they count.
   constexpr double kSpread = 1.2;
-  // There are no windows smaller than the cascade's own: small faces are enlarged until some are.
-  constexpr double kMostEnlarged = 2;
-  const double own = 1.2 * cascade.getOriginalWindowSize().width;
-  const double scale = std::clamp(own * shape.width * kSpread / least_px, 1.0, kMostEnlarged);
+  // There are no windows smaller than the cascade's own, and few of that size find a dark face: small faces are
+  // enlarged, though not to a blur, nor by so little that it only costs.
+  constexpr double kMostEnlarged = 2, kLeastEnlarged = 1.15;
+  const double wanted = 1.5 * cascade.getOriginalWindowSize().width * shape.width * kSpread / least_px;
+  const double scale = wanted < kLeastEnlarged ? 1.0 : std::min(wanted, kMostEnlarged);
   cv::Mat searched = grey;
   if (scale > 1) cv::resize(grey, searched, {}, scale, scale, cv::INTER_LINEAR);
   const auto window = [&](double face, double limit) {

@@ -26,7 +26,7 @@ struct HaarOptions {
 ///
 /// Without kBrightened it finds light and dark faces on walls of any brightness (haarcascade_frontalface_alt; the
 /// `default` cascade misses dark faces before bright walls). No window is smaller than the cascade's own, 20
-/// pixels; where faces of that size are looked for, the picture is enlarged, at most twice.
+/// pixels, and few as small find a dark face; where small ones are looked for, the picture is enlarged, at most twice.
 /// @source Viola, Jones, Rapid object detection using a boosted cascade of simple features, 2001; Lienhart, Maydt,
 /// 2002.
 class HaarFaceDetector final : public FaceDetector {

@@ -152,6 +152,28 @@ TEST(HaarFaces, OnlyWhereAndAsLargeAsAskedFor) {
   EXPECT_TRUE(detector->detect(picture, whole, 60, 200, FaceLook::kFront).empty());
 }
 
+// The cascade's own windows are 20 pixels wide, those of dark faces little wider than the face.
+TEST(HaarFaces, FacesUnderTheCascadesWindowAreFoundWhereTheyAre) {
+  const auto detector = load_face_detector({});
+  for (const auto* skin : {"very-light", "dark"}) {
+    devices::synthetic::PerformerSettings settings;
+    settings.empty = 0;
+    settings.skin = skin;
+    for (const auto& [size, distance] : {std::pair{cv::Size(640, 480), 1.9}, {cv::Size(320, 240), 1.0}}) {
+      settings.size = size;
+      settings.distance = distance;
+      const auto shot = devices::synthetic::Performer("semaphore", settings).perform(5);
+      ASSERT_LT(shot.face.width, 20);
+      cv::Mat grey;
+      cv::cvtColor(shot.bgr, grey, cv::COLOR_BGR2GRAY);
+      const cv::Rect near(shot.face.tl() - cv::Point2d(25, 25), shot.face.br() + cv::Point2d(25, 25));
+      const auto faces = detector->detect(grey, near, 0.8 * shot.face.width, 1.2 * shot.face.width, FaceLook::kAny);
+      ASSERT_EQ(faces.size(), 1U) << skin << ", " << shot.face.width << " px";
+      EXPECT_GT(vision::overlap(faces[0].box, shot.face), 0.6) << skin << ", " << shot.face.width << " px";
+    }
+  }
+}
+
 TEST(HaarFaces, EmptyAndTinyPicturesHaveNoFace) {
   const auto detector = load_face_detector({});
   for (const cv::Size size : {cv::Size(0, 0), cv::Size(1, 1), cv::Size(19, 19), cv::Size(1000, 3)}) {
