@@ -9,6 +9,9 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 #include <opencv2/imgproc.hpp>
 
 #include "core/error.hpp"
@@ -141,15 +144,20 @@ MaskResult BodyMasker::process(const cv::Mat& picture, double time_s) {
     result.learning = relearn(picture, time_s);
     if (result.learning) return result;
   }
-  // A change of light is seen against the light of the last picture, before it is made up for.
-  result.sudden = options_.sudden_percent < 100 && !last_lit_.empty() &&
-                  changed_percent(difference_luminance(picture, last_lit_)) > options_.sudden_percent;
-  const bool relight = options_.follow_exposure || result.sudden;
-  // What the body covers would bend the curve; after a sudden change nobody knows where the body is.
+  ToneCurve curve;
+  tbb::parallel_invoke(
+      [&] {
+        // A change of light is seen against the light of the last picture, before it is made up for.
+        result.sudden = options_.sudden_percent < 100 && !last_lit_.empty() &&
+                        changed_percent(difference_luminance(picture, last_lit_)) > options_.sudden_percent;
+      },
+      [&] {
+        // What the body covers would bend the curve.
+        if (options_.follow_exposure) curve = ToneCurve(background_, picture, last_mask_);
+      });
+  // After a sudden change nobody knows where the body is.
   constexpr int kAnyChange = 255;
-  const auto curve = !relight        ? ToneCurve()
-                     : result.sudden ? ToneCurve(background_, picture, {}, kAnyChange)
-                                     : ToneCurve(background_, picture, last_mask_);
+  if (result.sudden) curve = ToneCurve(background_, picture, {}, kAnyChange);
   const cv::Mat lit = curve.apply(background_);
   const cv::Mat difference = difference_luminance(picture, lit);
   if (result.sudden) {
@@ -199,7 +207,7 @@ MaskResult BodyMasker::process(const cv::Mat& picture, double time_s) {
 void BodyMasker::follow(const cv::Mat& picture, const cv::Mat& lit, double dt_s) {
   if (options_.follow_s <= 0 || dt_s <= 0) return;
   const auto rate = static_cast<float>(1.0 - std::exp(-dt_s / options_.follow_s));
-  for (int y = 0; y < picture.rows; ++y) {
+  const auto follow_row = [&](int y) {
     const auto* now = picture.ptr<std::uint8_t>(y);
     const auto* expected = lit.ptr<std::uint8_t>(y);
     const auto* skip = last_mask_.ptr<std::uint8_t>(y);
@@ -217,7 +225,11 @@ void BodyMasker::follow(const cv::Mat& picture, const cv::Mat& lit, double dt_s)
       learn(now + 3 * begin, expected + 3 * begin, mean + 3 * begin, rounded + 3 * begin, 3 * (end - begin), rate);
       begin = end;
     }
-  }
+  };
+  constexpr int kRowsAtATime = 32;  // Fewer cost more to hand out than they save.
+  tbb::parallel_for(tbb::blocked_range<int>(0, picture.rows, kRowsAtATime), [&](const tbb::blocked_range<int>& rows) {
+    for (int y = rows.begin(); y < rows.end(); ++y) follow_row(y);
+  });
 }
 
 // Where the wall was never seen: body, unless it looks like the wall around and not like the body did.

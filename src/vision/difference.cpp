@@ -6,6 +6,7 @@
 #include <cassert>
 #include <vector>
 
+#include <tbb/parallel_invoke.h>
 #include <opencv2/imgproc.hpp>
 
 #include "vision/runs.hpp"
@@ -83,11 +84,15 @@ namespace {
 void drop_faint_edge(cv::Mat mask, const cv::Mat& difference, int reach, int parts) {
   const cv::Mat square = cv::getStructuringElement(cv::MORPH_RECT, {3, 3});
   cv::Mat inside;
-  shrink(mask, inside, square);  // Outside the picture counts as body: a body cut by the frame has no edge there.
-  cv::Mat body_difference;
-  cv::bitwise_and(difference, mask, body_difference);
   cv::Mat strongest;
-  grow(body_difference, strongest, cv::getStructuringElement(cv::MORPH_RECT, {2 * reach + 1, 2 * reach + 1}));
+  tbb::parallel_invoke(
+      // Outside the picture counts as body: a body cut by the frame has no edge there.
+      [&] { shrink(mask, inside, square); },
+      [&] {
+        cv::Mat body_difference;
+        cv::bitwise_and(difference, mask, body_difference);
+        grow(body_difference, strongest, cv::getStructuringElement(cv::MORPH_RECT, {2 * reach + 1, 2 * reach + 1}));
+      });
   for (int y = 0; y < mask.rows; ++y) {
     auto* m = mask.ptr<std::uint8_t>(y);
     const auto* in = inside.ptr<std::uint8_t>(y);
