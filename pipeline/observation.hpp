@@ -54,7 +54,8 @@ struct Observation {
   double contraction = 0;         ///< See body::contraction; 0 without a body.
 
   // From ParticleStage; the state is absent where two arms and a face were not seen.
-  double tone_share = 0;  ///< Of the body, what has the arms' tone, 0 to 1.
+  double skin_learned = 1;  ///< Of the time that it takes to learn it from the face, 0 to 1; 1 where it is given.
+  double tone_share = 0;    ///< Of the body, what has the arms' tone, 0 to 1.
   vision::Arms arms;
   std::optional<body::ParticleState> particles;
 

@@ -102,7 +102,6 @@ void FaceStage::work() {
       if (stopping_) return;
       job = std::move(waiting_.front());
       waiting_.pop_front();
-      if (job->is_void) continue;
     }
     std::vector<vision::Face> faces;
     std::exception_ptr problem;
@@ -140,6 +139,7 @@ std::unique_ptr<vision::FaceSighting> FaceStage::due(const Observation& observat
   if (options_.waits && !again) changed_.wait(lock, [&] { return job->done; });
   if (!job->done || again) {
     job->is_void = true;
+    std::erase(waiting_, job);  // Where it was not begun: its frame is memory.
     ++late_;
     lock.unlock();
     if (options_.on_late) options_.on_late(observation.frame->sequence);

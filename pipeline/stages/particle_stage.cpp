@@ -58,6 +58,9 @@ void ParticleStage::learn(const Observation& observation) {
 
 void ParticleStage::process(Observation& observation) {
   learn(observation);
+  if (learner_ && options_.tones.learn_skin && options_.tones.learn_s > 0) {
+    observation.skin_learned = learner_->learned_s() / options_.tones.learn_s;
+  }
   const auto& mask = observation.mask.mask;
   const auto time_s = to_seconds(observation.time);
   const auto posterior = mapper_.posterior(observation.picture, mask, arm_tones_);

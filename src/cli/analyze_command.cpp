@@ -92,10 +92,10 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   if (options.signals.particles() || options.signals.reads() || save_particles) {
     chain.emplace(settings, options.signals.reads(), nullptr);
   }
-  auto masker = prepared.learn();
   SignalTally tally;
   const bool arms = chain && prepared.has_colour();
   if (chain && !arms) tally.no_colour();
+  auto masker = prepared.learn();
   // Said at once, whatever is being done: people press again where nothing answers.
   const std::stop_callback answer(
       stop, [&] { console.warn("interrupted: what was read is finished and written; again to leave nothing"); });

@@ -144,11 +144,11 @@ int calibrate(const CalibrateOptions& options, Session& session) {
     if (!options.source.span) prepared.selection.to = kWatched;
     console.say(std::string(kWhatToDo) + "; Ctrl-C ends");
   }
-  auto masker = prepared.learn();
   if (!prepared.has_colour()) {
     throw usage_error("the pictures have no colour, and tones need it: nothing is known of arms", name,
                       "take a camera that sees colours");
   }
+  auto masker = prepared.learn();
 
   std::vector<std::unique_ptr<pipeline::Stage>> stages;
   stages.push_back(std::make_unique<pipeline::PictureStage>(prepared.summary.working_size, masker.uses_depth()));

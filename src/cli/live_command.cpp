@@ -45,7 +45,7 @@ struct LiveOptions {
 constexpr auto kManual = R"(
 Every frame is compared with the frames of the last minutes, once for Z and Z*
 together, and the triangle in the window scrolls. Settings that differ from
-those of analyze: working.rows is 120 (480 with --state particles) and
+those of analyze: working.rows is 120 (480 where arms are looked at) and
 background.from is "first:2s" where nothing else is said (--set, --config,
 --background).
 
@@ -90,6 +90,7 @@ Exit status: 0 done or the window was closed, 1 failed while running, 2 refused,
 std::string seen_of(const pipeline::Observation& o) {
   if (o.mask.learning) return "learning the wall";
   if (!o.state) return "no body";
+  if (o.skin_learned < 1 && o.face) return fmt::format("learning the skin, {:.0f} %", 100 * o.skin_learned);
   if (std::isfinite(o.zstar_row.back())) return fmt::format("Z*(t,t) {:.2f}", o.zstar_row.back());
   switch (o.arms.found) {
     case vision::ArmCase::kNoFace:
@@ -227,9 +228,13 @@ int live(const LiveOptions& options, Session& session) {
   const pipeline::SteadyClock clock;
   const auto pace = pipeline::parse_pace(options.pace);
   const auto length = history_length(options);
-  const auto config = options.source.configuration(
-      {{"working.rows", options.signals.particles() ? "480" : "120"}, {"background.from", "first:2s"}},
-      "default of live");
+  // A face and arms take more pixels than a silhouette, whose rows are all compared with every frame.
+  const auto configured = [&](bool arms) {
+    return options.source.configuration({{"working.rows", arms ? "480" : "120"}, {"background.from", "first:2s"}},
+                                        "default of live");
+  };
+  const bool wants_arms = options.signals.particles() || options.signals.reads();
+  auto config = configured(wants_arms);
   const auto& settings = config.options();
   Preparation prepared(options.source, settings, session, clock, !options.record.empty());
   auto& summary = prepared.summary;
@@ -240,18 +245,10 @@ int live(const LiveOptions& options, Session& session) {
     if (options.signals.reads()) more.emplace_back("letters.json");
     announce_files(summary, *files, settings, more);
   }
-  const auto capacity = ring_capacity(length, summary.source.nominal_fps / double(summary.every));
-  require_memory(options, capacity * LiveHistory::bytes_per_row(options.signals.particles(), summary.working_size,
-                                                                prepared.kernel));
-  if (files) {
-    const auto expected = expected_frames(summary, prepared.selection, capacity);
-    const auto frames = expected > 0 ? expected : capacity;
-    files->require_space(space_for(frames, {}), fmt::format("the matrices of {} frames", frames));
-  }
   const bool keeps_up = pace == pipeline::Pace::kLive || summary.source.live;
   std::unique_ptr<outputs::TakeWriter> take;
   std::optional<SignalChain> chain;
-  if (options.signals.particles() || options.signals.reads()) {
+  if (wants_arms) {
     std::function<void(std::uint64_t)> on_late;  // What does not keep up with a camera waits for faces, too.
     if (keeps_up) {
       on_late = [&take](std::uint64_t frame) {
@@ -259,6 +256,21 @@ int live(const LiveOptions& options, Session& session) {
       };
     }
     chain.emplace(settings, options.signals.reads(), std::move(on_late));
+  }
+  SignalTally tally;
+  const bool arms = chain && prepared.has_colour();
+  if (chain && !arms) {
+    tally.no_colour();
+    config = configured(false);
+    prepared.settings_changed();
+  }
+  const bool particles = arms && options.signals.particles();
+  const auto capacity = ring_capacity(length, summary.source.nominal_fps / double(summary.every));
+  require_memory(options, capacity * LiveHistory::bytes_per_row(particles, summary.working_size, prepared.kernel));
+  if (files) {
+    const auto expected = expected_frames(summary, prepared.selection, capacity);
+    const auto frames = expected > 0 ? expected : capacity;
+    files->require_space(space_for(frames, {}), fmt::format("the matrices of {} frames", frames));
   }
   take = start_recording(options, summary.source, config.values(), console);
   tell_other_settings(summary.source, config.values(), console);
@@ -276,10 +288,6 @@ int live(const LiveOptions& options, Session& session) {
     }
   }();
 
-  SignalTally tally;
-  const bool arms = chain && prepared.has_colour();
-  if (chain && !arms) tally.no_colour();
-  const bool particles = arms && options.signals.particles();
   LiveHistory history(particles, summary.working_size, capacity, prepared.kernel);
   pipeline::RowCost row_cost;
   pipeline::RunMonitor monitor;
@@ -358,7 +366,10 @@ int live(const LiveOptions& options, Session& session) {
   const auto& ring = history.ring();
   summary.live = LiveSummary{options.pace,        to_seconds(length), ring.capacity(), ring.bytes_per_row(),
                              ring.memory_bytes(), ring.size(),        row_cost.full(), row_cost.filling()};
-  if (chain) chain->finish();
+  if (chain) {
+    chain->finish();
+    tally.searched(chain->face().asked(), chain->face().late());
+  }
 
   if (summary.run.frames > 0) {
     for (const auto& line : live_table(summary)) console.say(line);

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/preparation.hpp"
 
+#include <chrono>
 #include <cstdlib>
+#include <deque>
 #include <optional>
 #include <string>
 #include <utility>
@@ -24,22 +26,46 @@ std::string environment(const char* name) {
   return value == nullptr ? "" : value;
 }
 
-// A source whose first frame was looked at and is still to come.
+// A source some of whose frames were looked at and are still to come.
 class PeekedSource final : public devices::Source {
  public:
-  PeekedSource(std::unique_ptr<devices::Source> source, std::stop_token stop)
-      : source_(std::move(source)), first_(source_->read(std::move(stop))) {}
+  explicit PeekedSource(std::unique_ptr<devices::Source> source) : source_(std::move(source)) {}
 
-  [[nodiscard]] const devices::FramePtr& first() const { return first_; }
+  /// The next frame, which `read` will give, too; null at the end.
+  [[nodiscard]] devices::FramePtr peek(std::stop_token stop) {
+    auto frame = source_->read(std::move(stop));
+    if (frame) seen_.push_back(frame);
+    return frame;
+  }
   [[nodiscard]] const devices::SourceInfo& info() const override { return source_->info(); }
   [[nodiscard]] devices::FramePtr read(std::stop_token stop) override {
-    return first_ ? std::exchange(first_, nullptr) : source_->read(std::move(stop));
+    if (seen_.empty()) return source_->read(std::move(stop));
+    auto frame = std::move(seen_.front());
+    seen_.pop_front();
+    return frame;
   }
   [[nodiscard]] std::vector<std::string> warnings() const override { return source_->warnings(); }
 
  private:
   std::unique_ptr<devices::Source> source_;
-  devices::FramePtr first_;
+  std::deque<devices::FramePtr> seen_;
+};
+
+// Whether there are colours, from one frame after the other. The wall may be grey, and a dark stage tells nothing.
+class ColourWitness {
+ public:
+  void see(const cv::Mat& bgr) {
+    if (bgr.empty()) return;
+    pictures_ = true;
+    colour_ = colour_ || !vision::colourless(bgr);
+    lit_ = lit_ || cv::mean(bgr)[1] > kDark;
+  }
+  [[nodiscard]] bool certain() const { return colour_; }
+  [[nodiscard]] bool colour() const { return pictures_ && (colour_ || !lit_); }
+
+ private:
+  static constexpr double kDark = 20;  // Grey levels.
+  bool pictures_ = false, colour_ = false, lit_ = false;
 };
 
 int threads_of(const SourceOptions& options) { return options.threads > 0 ? options.threads : cv::getNumberOfCPUs(); }
@@ -70,7 +96,7 @@ Preparation::Preparation(const SourceOptions& options, const config::Options& se
   summary.source = source->info();
   summary.span = options.span.value_or("");
   summary.every = selection.every;
-  summary.working_size = pipeline::working_size(summary.source.size, settings.working_rows);
+  settings_changed();
   if (spec_.kind == pipeline::BackgroundSpec::Kind::kPlate) plate_ = read_plate(spec_.plate);
 }
 
@@ -131,11 +157,34 @@ vision::Segmenter Preparation::learn() {
 }
 
 bool Preparation::has_colour() {
-  if (!summary.background.plate.empty()) return !vision::colourless(summary.background.plate);
-  auto peeked = std::make_unique<PeekedSource>(std::move(source), stop);
-  const bool colour = peeked->first() && !vision::colourless(peeked->first()->bgr);
-  source = std::move(peeked);
-  return colour;
+  constexpr auto kOfRecording = std::chrono::minutes(1);
+  constexpr int kOfDevice = 15;  // Frames; they wait meanwhile, where there is no colour.
+  ColourWitness witness;
+  const auto& info = source->info();
+  if (info.repeatable && info.foreseeable) {
+    const auto again = open();
+    std::optional<Nanoseconds> first;
+    while (!witness.certain()) {
+      const auto frame = again->read(stop);
+      if (!frame) break;
+      if (!first) first = frame->device_time;
+      if (frame->device_time - *first > kOfRecording) break;
+      witness.see(frame->bgr);
+    }
+  } else {
+    auto peeked = std::make_unique<PeekedSource>(std::move(source));
+    for (int k = 0; k < kOfDevice && !witness.certain(); ++k) {
+      const auto frame = peeked->peek(stop);
+      if (!frame) break;
+      witness.see(frame->bgr);
+    }
+    source = std::move(peeked);
+  }
+  return witness.colour();
+}
+
+void Preparation::settings_changed() {
+  summary.working_size = pipeline::working_size(summary.source.size, settings_.working_rows);
 }
 
 }  // namespace choreo::cli

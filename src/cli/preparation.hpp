@@ -35,8 +35,13 @@ class Preparation {
   /// @throws Error; Interrupted
   [[nodiscard]] vision::Segmenter learn();
 
-  /// After `learn`: whether the pictures have colours, by the background or, where none was learned, the first frame.
+  /// Before frames are read: whether the pictures have colours, by the first minute of a recording or the first 15
+  /// frames of a device. What is too dark to tell counts as coloured. `source` still gives every frame.
+  /// @throws Error
   [[nodiscard]] bool has_colour();
+
+  /// Before `learn`: the settings that were given to the constructor have other values now.
+  void settings_changed();
 
   DeviceNews news;  ///< Before the source, which tells it until its end.
   Summary summary;  ///< What is known of the source and its background so far.

@@ -65,6 +65,12 @@ std::vector<std::string> SignalTally::warnings(const config::Options& settings) 
     lines.emplace_back(
         "the pictures have no colour, and tones need it: nothing is known of arms, and the silhouette goes on");
   }
+  if (late_ > 0) {
+    lines.push_back(fmt::format(
+        "{} of {} searches for faces were not ready in time and do not count: film fewer frames a second, or let them "
+        "take more frames (face.delay_frames)",
+        late_, searches_));
+  }
   if (bodies_ == 0) return lines;  // That is said already.
   const auto faceless = cases_[std::size_t(vision::ArmCase::kNoFace)];
   if (several_faces_ > 0) {
@@ -73,6 +79,7 @@ std::vector<std::string> SignalTally::warnings(const config::Options& settings) 
         settings.face.track.choose == vision::FaceChoice::kLargest ? "the largest" : "the one that was there first"));
   }
   if (faceless == frames_) {
+    if (2 * late_ > searches_) return lines;  // That is why.
     lines.emplace_back(
         "no face was ever seen, so nothing is known of the arms: somebody is to look at the camera, larger than "
         "face.least_share of the picture's height");

@@ -45,6 +45,11 @@ class SignalTally {
   void add(const pipeline::Observation& observation);
   /// Says that nothing was looked at, since the pictures are grey.
   void no_colour() { colour_ = false; }
+  /// After the run: how many searches for faces were asked for, and how many of them came too late to count.
+  void searched(std::uint64_t asked, std::uint64_t late) {
+    searches_ = asked;
+    late_ = late;
+  }
 
   [[nodiscard]] std::uint64_t two_arms() const { return cases_[std::size_t(vision::ArmCase::kTwoArms)]; }
   [[nodiscard]] std::uint64_t frames() const { return frames_; }
@@ -56,6 +61,7 @@ class SignalTally {
   std::uint64_t frames_ = 0;
   std::uint64_t bodies_ = 0;
   std::uint64_t several_faces_ = 0;
+  std::uint64_t searches_ = 0, late_ = 0;
   std::uint64_t all_tone_ = 0;   // Frames most of whose body has the arms' tone,
   std::uint64_t some_tone_ = 0;  // and with any of it at all.
   std::array<std::uint64_t, 5> cases_{};

@@ -14,6 +14,7 @@ namespace choreo::test {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::MatchesRegex;
 using ::testing::SizeIs;
@@ -260,7 +261,10 @@ TEST_F(Record, ALiveRunThatMissesFacesIsReplayedByteForByte) {
   std::vector<std::string> arguments{
       "live", folder_ / "camera.mkv", "--headless", "--out", folder_ / "live", "--record", take()};
   arguments.insert(arguments.end(), settings.begin(), settings.end());
-  expect_replay_is_the_same(choreoscope(arguments), settings);
+  const auto run = choreoscope(arguments);
+  expect_replay_is_the_same(run, settings);
+  EXPECT_THAT(run.err_lines("choreoscope: warning: "),
+              Contains(HasSubstr("searches for faces were not ready in time")));
   EXPECT_TRUE(read_bytes(folder_ / "live" + "/letters.json") == read_bytes(folder_ / "replay" + "/letters.json"));
   const auto bytes = read_bytes(take());
   const std::string mark = devices::take::kLateFaceMark;

@@ -125,6 +125,50 @@ TEST_F(SignalTroubles, OfSeveralFacesItIsSaidWhichCounts) {
               Contains(AllOf(HasSubstr("several faces"), HasSubstr("the largest counts"))));
 }
 
+// Whoever stands before a grey wall has colours, and whoever is filmed in greys has none before a coloured plate.
+TEST_F(SignalTroubles, ColoursAreThoseOfThePerformerNotOfTheWall) {
+  auto settings = signaller(" R");
+  settings.tail = 1;
+  const Performer performer("semaphore", settings);
+  for (const auto* name : {"coloured", "grey"}) std::filesystem::create_directory(folder_ / name);
+  const cv::Mat wall(settings.size, CV_8UC3, cv::Scalar::all(150));
+  for (int k = 0; k < performer.frame_count(); ++k) {
+    const auto shot = performer.perform(k);
+    const auto name = "/" + std::to_string(1000 + k) + ".png";
+    cv::Mat before_grey = wall.clone();
+    shot.bgr.copyTo(before_grey, shot.mask);
+    cv::imwrite(folder_ / "coloured" + name, before_grey);
+    cv::Mat grey;
+    cv::cvtColor(shot.bgr, grey, cv::COLOR_BGR2GRAY);
+    cv::imwrite(folder_ / "grey" + name, grey);
+  }
+  cv::imwrite(folder_ / "grey.png", wall);
+  cv::imwrite(folder_ / "coloured.png", performer.room());
+  for (const auto& background : {std::string("auto"), folder_ / "grey.png"}) {
+    const auto run =
+        analyze(folder_ / "coloured?fps=10", out(), {"--recognise", "semaphore", "--background", background});
+    EXPECT_THAT(run.out, EndsWith("\nR\n")) << run.told();
+  }
+  EXPECT_THAT(warnings_of(folder_ / "grey?fps=10", {"--background", folder_ / "coloured.png"}),
+              Contains(HasSubstr("no colour")));
+}
+
+// Silhouettes of as many rows as a face takes fill the memory, and cannot be compared with every frame in time.
+TEST_F(SignalTroubles, GreyPicturesGoOnLiveWithSilhouettesOfTheirOwnSize) {
+  const auto grey = folder_ / "grey";
+  std::filesystem::create_directory(grey);
+  for (int k = 0; k < 30; ++k) {
+    cv::Mat picture(480, 640, CV_8UC3, cv::Scalar::all(120));
+    if (k > 22) picture(cv::Rect(100 + 10 * k, 100, 90, 300)).setTo(cv::Scalar::all(30));
+    cv::imwrite(grey + "/" + std::to_string(1000 + k) + ".png", picture);
+  }
+  const auto run = choreoscope({"live", grey + "?fps=10", "--headless", "--pace", "max", "--out", out(), "--recognise",
+                                "semaphore", "--state", "particles"});
+  EXPECT_EQ(run.status, 0) << run.told();
+  EXPECT_THAT(run.err_lines("choreoscope: warning: "), Contains(HasSubstr("no colour")));
+  EXPECT_EQ(Results(out()).summary["working_size"], nlohmann::json({160, 120}));
+}
+
 TEST_F(SignalTroubles, AGreyPictureInASetIsSaidToShowNoColour) {
   const auto set = folder_ / "set";
   std::filesystem::create_directory(set);
