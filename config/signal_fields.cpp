@@ -168,12 +168,12 @@ void add_arms(std::vector<Field>& fields) {
 }
 
 void add_particles(std::vector<Field>& fields) {
-  const auto bound = [&](const char* key, double body::ParticleBounds::*member, const char* unit, const char* help) {
-    fields.push_back(number(
-        key, [member](Options& o) -> double& { return o.bounds.*member; }, {0, 100, true},
-        fmt::format("above 0 and at most 100 face widths{}", unit), help));
-  };
   using B = body::ParticleBounds;
+  const auto bound = [&](const char* key, double B::*member, const char* unit, const char* help) {
+    fields.push_back(number(
+        key, [member](Options& o) -> double& { return o.bounds.*member; }, {B::kLeast, B::kMost},
+        fmt::format("from {} to {} face widths{}", B::kLeast, B::kMost, unit), help));
+  };
   bound("particles.alpha_max", &B::alpha_max, "", "The most that half the distance between the arms can be.");
   bound("particles.c_max", &B::c_max, " squared", "The most that an arm's covariance can be long.");
   bound("particles.eta_max", &B::eta_max, "", "The most that the arms' middle can be from the face.");

@@ -1,10 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/stages/particle_stage.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <utility>
 
+#include <fmt/format.h>
 #include <opencv2/core.hpp>
+
+#include "core/error.hpp"
+#include "vision/blobs.hpp"
 
 namespace choreo::pipeline {
 namespace {
@@ -30,12 +36,23 @@ std::vector<std::size_t> places(const vision::ToneSet& tones, const std::vector<
   return places;
 }
 
+// Where every frame is of that size, the first is refused.
+void refuse_large(cv::Size size) {
+  const int longest = std::max(size.width, size.height);
+  if (longest <= vision::kLongestSide) return;
+  throw usage_error(fmt::format("pictures of {} x {} are too large for arms to be looked for", size.width, size.height),
+                    "working.rows",
+                    fmt::format("no side may be longer than {}: working.rows is at most {} for these",
+                                vision::kLongestSide, std::int64_t(size.height) * vision::kLongestSide / longest));
+}
+
 }  // namespace
 
 ParticleStage::ParticleStage(ParticleStageOptions options)
     : options_(std::move(options)), mapper_(starting_tones(options_)), finder_(arm_options(options_)) {
   options_.tones.validate(options_.given.names());
-  if (options_.tones.learn_skin) learner_.emplace(options_.tones);
+  options_.bounds.validate();
+  if (options_.tones.learn_skin || options_.tones.learn_clothes) learner_.emplace(options_.tones);
   arm_tones_ = places(mapper_.tones(), options_.tones.arms);
 }
 
@@ -46,7 +63,7 @@ void ParticleStage::learn(const Observation& observation) {
       learner_->add(observation.picture, *observation.face, to_seconds(observation.time), observation.mask.mask)) {
     auto tones = starting_tones(options_);
     if (learner_->clothes()) tones.put(*learner_->clothes());
-    if (learner_->skin()) tones.put(*learner_->skin());
+    if (options_.tones.learn_skin && learner_->skin()) tones.put(*learner_->skin());
     taken = mapper_.advance(1);  // What was begun last time, where frames are few.
     mapper_.prepare(std::move(tones));
   }
@@ -57,6 +74,7 @@ void ParticleStage::learn(const Observation& observation) {
 }
 
 void ParticleStage::process(Observation& observation) {
+  refuse_large(observation.picture.size());
   learn(observation);
   if (learner_ && options_.tones.learn_skin && options_.tones.learn_s > 0) {
     observation.skin_learned = learner_->learned_s() / options_.tones.learn_s;

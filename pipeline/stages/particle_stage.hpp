@@ -22,18 +22,19 @@ struct ParticleStageOptions {
 
 /// picture, mask, face -> arms, particles.
 ///
-/// Learns the skin from the face where that is asked for; until then there is no arm of that tone.
-/// Comes after MaskStage and FaceStage.
+/// Learns the skin from the face where that is asked for; until then there is no arm of that tone. Learns the clothes
+/// where that is asked for, whether the skin is learned or given. Comes after MaskStage and FaceStage.
 class ParticleStage final : public Stage {
  public:
-  /// @throws Error (usage) for options out of range, and for an arm's tone that is neither given nor learned.
+  /// @throws Error (usage) for options out of range, and for an arm's tone that is neither given nor learned; by
+  ///   process(), for a picture with a side longer than vision::kLongestSide.
   explicit ParticleStage(ParticleStageOptions options);
 
   [[nodiscard]] std::string name() const override { return "arms"; }
   void process(Observation& observation) override;
 
   /// Seconds of face that the skin was learned from; 0 where it is not learned.
-  [[nodiscard]] double learned_s() const { return learner_ ? learner_->learned_s() : 0.0; }
+  [[nodiscard]] double learned_s() const { return options_.tones.learn_skin ? learner_->learned_s() : 0.0; }
 
  private:
   void learn(const Observation& observation);

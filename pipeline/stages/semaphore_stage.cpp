@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/stages/semaphore_stage.hpp"
 
-#include <utility>
+#include <cstddef>
 
 namespace choreo::pipeline {
 namespace {
@@ -13,9 +13,7 @@ constexpr std::size_t kShownText = 256;  // An evening's text is not copied for 
 void SemaphoreStage::process(Observation& observation) {
   const auto step = reader_.add(to_seconds(observation.time), observation.particles);
   take(step.ended);
-  auto text = speller_.text_with(step.held);
-  if (text.size() > kShownText) text.erase(0, text.size() - kShownText);
-  observation.signal = Signal{step.now, step.held, std::move(text)};
+  observation.signal = Signal{step.now, step.held, speller_.text_with(step.held, kShownText)};
 }
 
 void SemaphoreStage::finish() { take(reader_.finish()); }

@@ -14,7 +14,7 @@ namespace choreo::pipeline {
 class SemaphoreStage final : public Stage {
  public:
   /// @param bounds  those of the states.
-  /// @throws Error (usage) by options.validate().
+  /// @throws Error (usage) by options.validate() and bounds.validate().
   SemaphoreStage(const recognition::SemaphoreOptions& options, const body::ParticleBounds& bounds)
       : reader_(options, bounds), speller_(options) {}
 

@@ -14,8 +14,9 @@ namespace choreo::body {
 namespace {
 
 void check(double value, std::string_view name) {
-  if (value >= 0.01 && value <= 100) return;
-  throw usage_error(fmt::format("'{}' is not from 0.01 to 100", value), fmt::format("particles.{}", name));
+  if (value >= ParticleBounds::kLeast && value <= ParticleBounds::kMost) return;
+  throw usage_error(fmt::format("'{}' is not from {} to {}", value, ParticleBounds::kLeast, ParticleBounds::kMost),
+                    fmt::format("particles.{}", name));
 }
 
 // c of one arm in face widths squared, y up.

@@ -16,11 +16,13 @@ namespace choreo::body {
 /// How long the lengths of a state can grow, in face widths: what the lifts take for their full circle. The defaults
 /// are those of the Vitruvian figure with bare forearms (docs/mathematics.md, particles).
 struct ParticleBounds {
+  static constexpr double kLeast = 0.01, kMost = 100;  ///< The range of each.
+
   double alpha_max = 3.75;  ///< Half the distance between the arms.
   double c_max = 0.1875;    ///< Length of the covariance's two components, face widths squared.
   double eta_max = 4.8;     ///< From the face to the middle between the arms.
 
-  /// @throws Error (usage) where a bound is not within its range: 0.01 to 100.
+  /// @throws Error (usage) where a bound is not from kLeast to kMost.
   void validate() const;
 };
 

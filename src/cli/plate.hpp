@@ -10,7 +10,7 @@ namespace choreo::cli {
 
 /// Reads a plate: colour, 8 bit, whatever the file has.
 /// @return CV_8UC3.
-/// @throws Error (usage) where the path is no regular file that holds a whole picture.
+/// @throws Error (usage) where the path is no regular file of at most kMostPictureBytes that holds a whole picture.
 [[nodiscard]] cv::Mat read_plate(const std::string& path);
 
 }  // namespace choreo::cli

@@ -1,27 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 // choreoscope tones: trains tones from labelled pixels, shows what is in a tones file, tests it.
 #include <algorithm>
+#include <cctype>
 #include <cmath>
-#include <cstdint>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <numbers>
 #include <string>
-#include <system_error>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "cli/commands.hpp"
+#include "cli/given_picture.hpp"
 #include "config/colour_table.hpp"
 #include "config/tones_file.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
-#include "devices/image_folder/picture_check.hpp"
 #include "outputs/output_set.hpp"
 #include "vision/tone_mapper.hpp"
 
@@ -98,6 +96,10 @@ Labelled labelled_of(const TableOptions& options) {
     if (options.half != "all" && (i / kBlock % 2 == 0) != (options.half == "first")) continue;
     (table.label[i] == options.label ? out.tone : out.rest).push_back(table.bgr[i]);
   }
+  if (out.tone.empty() && out.rest.empty()) {
+    throw usage_error(fmt::format("none of the {} rows is of the {} half", table.bgr.size(), options.half), options.csv,
+                      fmt::format("halves are every other block of {} rows: give more, or leave --half out", kBlock));
+  }
   if (out.tone.empty() || out.rest.empty()) {
     throw usage_error(fmt::format("all rows are of one class: {} of label {}, {} of others", out.tone.size(),
                                   options.label, out.rest.size()),
@@ -115,30 +117,10 @@ void refuse_blue_skin(const std::vector<cv::Vec3b>& skin, const std::string& csv
                     csv, "say what they are, such as --columns B,G,R,label");
 }
 
-cv::Mat read_picture(const std::string& path, const char* what) {
-  cv::Mat picture;
-  try {
-    // A pipe or a device may never end.
-    std::error_code problem;
-    std::ifstream file;
-    if (fs::is_regular_file(path, problem)) file.open(path, std::ios::binary);
-    const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-    if (devices::is_whole_picture(bytes)) picture = cv::imdecode(bytes, cv::IMREAD_COLOR);
-  } catch (const std::ios_base::failure&) {
-    // A disk that does not answer: the picture stays empty.
-  } catch (const cv::Exception&) {
-    // The same.
-  }
-  if (picture.empty()) {
-    throw usage_error(fmt::format("the {} \"{}\" is no picture that can be read", what, path), {},
-                      "give a PNG, JPEG, TIFF or the like");
-  }
-  return picture;
-}
-
 std::vector<cv::Vec3b> masked_pixels(const TrainOptions& options) {
-  const auto picture = read_picture(options.picture, "picture");
-  const auto mask = read_picture(options.mask, "mask");
+  const std::string hint = "give a PNG, JPEG, TIFF or the like";
+  const auto picture = read_picture(options.picture, "picture", hint);
+  const auto mask = read_picture(options.mask, "mask", hint);
   if (picture.size() != mask.size()) {
     throw usage_error(fmt::format("the mask is of {} x {} pixels and the picture of {} x {}", mask.cols, mask.rows,
                                   picture.cols, picture.rows),
@@ -175,20 +157,44 @@ vision::Tone trained(const TrainOptions& options, const std::string& name, const
   }
 }
 
-std::string made_by(const TrainOptions& options) {
-  std::string said = "choreoscope tones train";
-  const auto say = [&](const std::string& option, const std::string& value) {
-    if (!value.empty()) said += " " + option + (option.empty() ? "" : " ") + value;
+// As a shell takes it for one word.
+std::string as_word(const std::string& text) {
+  const auto plain = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
+           std::string_view("_-+=.,:/@%").find(c) != std::string_view::npos;
   };
-  if (!options.table.csv.empty()) said += " " + options.table.csv;
-  say("--columns", options.table.columns);
-  if (options.table.half != "all") say("--half", options.table.half);
+  if (!text.empty() && std::all_of(text.begin(), text.end(), plain)) return text;
+  std::string word = "'";
+  for (const char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return word + "'";
+}
+
+// All that decides what is in the file, so that it can be made again.
+std::string made_by(const TrainOptions& options) {
+  const TrainOptions usual;
+  std::string said = "choreoscope tones train";
+  const auto say = [&](const char* option, const std::string& value) {
+    if (!value.empty()) said += fmt::format(" {} {}", option, as_word(value));
+  };
+  const auto say_number = [&](const char* option, auto value, auto unless) {
+    if (value != unless) say(option, fmt::format("{}", value));
+  };
+  if (!options.table.csv.empty()) {
+    said += " " + as_word(options.table.csv);
+    say("--columns", options.table.columns);
+    say_number("--label", options.table.label, usual.table.label);
+    if (options.table.half != usual.table.half) say("--half", options.table.half);
+  }
   say("--picture", options.picture);
   say("--mask", options.mask);
   say("--name", options.name);
   say("--others", options.others);
+  for (const auto& file : options.merge) say("--merge", file);
   say("--model", options.model);
-  if (options.parts > 1) say("--parts", fmt::format("{}", options.parts));
+  say_number("--parts", options.parts, usual.parts);
+  say_number("--prior", options.prior, usual.prior);
+  say_number("--outliers", options.outliers, usual.outliers);
+  say_number("--noise", options.noise, usual.noise);
   return said;
 }
 
@@ -210,6 +216,11 @@ int train(const TrainOptions& options) {
   }
   if (!(options.outliers >= 0.001 && options.outliers <= 1000)) {
     throw usage_error(fmt::format("--outliers is {}", options.outliers), {}, "from 0.001 to 1000");
+  }
+  for (const auto& [option, name] : {std::pair{"--name", options.name}, std::pair{"--others", options.others}}) {
+    if (is_utf8(name)) continue;
+    throw usage_error(fmt::format("{} \"{}\" is not UTF-8: no tones file can hold it", option, shortened(name)), {},
+                      "call the tone in UTF-8, or in plain letters");
   }
   const fs::path path = options.out;
   if (!path.has_filename()) {

@@ -10,6 +10,7 @@ namespace {
 constexpr double kLeave = 0.12;   // seconds elsewhere that end a sign
 constexpr double kRecent = 0.20;  // seconds of states that are read as one
 constexpr double kBefore = 0.40;  // and how far back the states go that they are compared with
+constexpr double kSlowest = 1.0;  // seconds between frames up to which they follow one another
 constexpr double kSlack = 1e-9;
 
 struct Mean {
@@ -98,8 +99,12 @@ void SemaphoreReader::take(const std::optional<Movement>& movement, SemaphoreSte
   if (movement) step.ended.push_back({movement->name, movement->from, movement->to, movement->confidence, {}});
 }
 
-void SemaphoreReader::lapse(double time_s, SemaphoreStep& step) {
-  if (!last_state_ || time_s - *last_state_ <= templates_.options().bridge_s + kSlack) return;
+void SemaphoreReader::lapse(double time_s, bool seen, SemaphoreStep& step) {
+  if (!last_state_) return;
+  // From one state to the next no time was without one, however slowly frames come; only a gap in the frames was.
+  const bool at_once = seen && last_state_ == last_;
+  const double bridge = templates_.options().bridge_s;
+  if (time_s - *last_state_ <= (at_once ? std::max(bridge, kSlowest) : bridge) + kSlack) return;
   if (held_) end_hold(step);
   candidate_.reset();
   recent_.clear();
@@ -145,12 +150,14 @@ SemaphoreStep SemaphoreReader::add(double time_s, const std::optional<body::Part
     if (held_) step.held = told(*held_);
     return step;
   }
+  lapse(time_s, state.has_value(), step);
+  // Where frames come slowly, the one before is what a state is compared with.
+  const double before = std::max(kBefore, std::min(last_ ? time_s - *last_ : 0.0, kSlowest));
   last_ = time_s;
-  lapse(time_s, step);
   if (state) {
     take(movements_.add(time_s, *state), step);
     last_state_ = time_s;
-    while (!recent_.empty() && recent_.front().time_s < time_s - kBefore - kSlack) recent_.pop_front();
+    while (!recent_.empty() && recent_.front().time_s < time_s - before - kSlack) recent_.pop_front();
     const auto& parts = state->parts();
     recent_.push_back({time_s, unit_psi(*state), state->joined(), {parts.eta + parts.alpha, parts.eta - parts.alpha}});
     const auto matched = match(*state);

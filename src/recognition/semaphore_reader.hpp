@@ -29,17 +29,19 @@ struct SemaphoreStep {
 };
 
 /// Reads signs that are held: a sign begins when for `hold_s` the arms are still and one sign leads; it ends when for
-/// 0.12 seconds they have been elsewhere, or were not seen for `bridge_s`. Time in which there is no state (one arm
-/// hidden, no arm, no face) shows no sign. A state whose arms are joined is compared with the figure whose arms are:
-/// folded hands are REST, and arms that meet while both point to one side are a letter (H, I, O, W, X, Z). One held
-/// sign is one sign however long; the same again needs another posture or a pause in between. A dancer who holds a
-/// sign's posture for `hold_s` does show that sign.
+/// 0.12 seconds they have been elsewhere, were not seen for `bridge_s`, or no frame came for a second (nor for
+/// `bridge_s`). Time in which there is no state (one arm hidden, no arm, no face) shows no sign. A state whose arms are
+/// joined is compared with the figure whose arms are: folded hands are REST, and arms that meet while both point to one
+/// side are a letter (H, I, O, W, X, Z). One held sign is one sign however long; the same again needs another posture
+/// or a pause in between. A dancer who holds a sign's posture for `hold_s` does show that sign.
 ///
-/// Depends on times and states alone. Frame rates from 10 to 240 a second.
+/// Depends on times and states alone. Frame rates from 10 to 240 a second. Down to 1 a second signs that are held for
+/// three frames are read; movements are then too quick.
 /// @thread thread-bound
 class SemaphoreReader {
  public:
-  /// @param bounds  those of the states that will come. @throws Error (usage) by options.validate().
+  /// @param bounds  those of the states that will come. @throws Error (usage) by options.validate() and
+  ///   bounds.validate().
   explicit SemaphoreReader(const SemaphoreOptions& options = {}, const body::ParticleBounds& bounds = {});
 
   /// @param time_s  increasing; a state that is not later than the last is not looked at.
@@ -71,7 +73,7 @@ class SemaphoreReader {
   [[nodiscard]] bool still() const;
   [[nodiscard]] SignMatch match(const body::ParticleState& newest) const;
   void follow(double time_s, const SignMatch& match, SemaphoreStep& step);
-  void lapse(double time_s, SemaphoreStep& step);
+  void lapse(double time_s, bool seen, SemaphoreStep& step);
   void end_hold(SemaphoreStep& step);
   void take(const std::optional<Movement>& movement, SemaphoreStep& step);
 

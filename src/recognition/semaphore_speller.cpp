@@ -16,13 +16,13 @@ double median(const std::deque<double>& values) {
 
 }  // namespace
 
-SemaphoreSpeller::SemaphoreSpeller(const SemaphoreOptions& options) : word_gap_(options.word_gap) {
+SemaphoreSpeller::SemaphoreSpeller(const SemaphoreOptions& options) : state_{options.word_gap, {}} {
   options.validate();
 }
 
 void SemaphoreSpeller::write(char c) {
-  if (space_ && !text_.empty()) text_ += ' ';
-  space_ = false;
+  if (state_.space && !text_.empty()) text_ += ' ';
+  state_.space = false;
   text_ += c;
 }
 
@@ -31,32 +31,33 @@ void SemaphoreSpeller::add(const HeldSign& held) {
   const auto sign = held.sign;
   const double seconds = held.to - held.from;
   if (sign == "REST") {
-    if (!letter_seconds_.empty() && seconds >= word_gap_ * median(letter_seconds_)) space_ = true;
+    if (!state_.letter_seconds.empty() && seconds >= state_.word_gap * median(state_.letter_seconds))
+      state_.space = true;
     return;
   }
   if (sign == kAttention) return;
   if (sign == kError) {
     const auto gap = text_.rfind(' ');
-    space_ = gap != std::string::npos;
-    text_.resize(space_ ? gap : 0);
+    state_.space = gap != std::string::npos;
+    text_.resize(state_.space ? gap : 0);
     return;
   }
-  letter_seconds_.push_back(seconds);
-  if (letter_seconds_.size() > kLetters) letter_seconds_.pop_front();
+  state_.letter_seconds.push_back(seconds);
+  if (state_.letter_seconds.size() > kLetters) state_.letter_seconds.pop_front();
   if (sign == "NUMERALS") {
-    numerals_ = true;
+    state_.numerals = true;
   } else if (sign == "CANCEL") {
-    space_ = false;
+    state_.space = false;
     if (!text_.empty()) text_.pop_back();
     // A word of one letter leaves the space before it to the next.
     if (!text_.empty() && text_.back() == ' ') {
       text_.pop_back();
-      space_ = true;
+      state_.space = true;
     }
-  } else if (!numerals_) {
+  } else if (!state_.numerals) {
     write(sign.front());
   } else if (sign == "J") {
-    numerals_ = false;
+    state_.numerals = false;
   } else if (sign == "K") {
     write('0');
   } else if (sign <= "I") {
@@ -66,11 +67,22 @@ void SemaphoreSpeller::add(const HeldSign& held) {
   }
 }
 
-std::string SemaphoreSpeller::text_with(const std::optional<HeldSign>& held) const {
-  if (!held) return text_;
-  auto other = *this;
+std::string SemaphoreSpeller::text_with(const std::optional<HeldSign>& held, std::size_t most) const {
+  const auto end_of = [](const std::string& text, std::size_t size) {
+    return text.substr(text.size() - std::min(text.size(), size));
+  };
+  if (!held) return end_of(text_, most);
+  // What the sign takes away is not what is wanted: a word, or a letter with the space before it.
+  std::size_t taken = 2;
+  if (held->sign == kError) {
+    const auto gap = text_.rfind(' ');
+    taken = text_.size() - (gap == std::string::npos ? 0 : gap);
+  }
+  SemaphoreSpeller other;
+  other.state_ = state_;
+  other.text_ = end_of(text_, most > text_.size() ? text_.size() : most + taken);
   other.add(*held);
-  return other.text_;
+  return end_of(other.text_, most);
 }
 
 }  // namespace choreo::recognition

@@ -2,6 +2,7 @@
 // From signs of semaphore to words.
 #pragma once
 
+#include <cstddef>
 #include <deque>
 #include <optional>
 #include <string>
@@ -29,19 +30,22 @@ class SemaphoreSpeller {
   [[nodiscard]] const std::string& text() const { return text_; }
 
   /// The text if `held` ended now: what a live view shows.
-  [[nodiscard]] std::string text_with(const std::optional<HeldSign>& held) const;
-
-  /// Letters stand for digits now.
-  [[nodiscard]] bool numerals() const { return numerals_; }
+  /// @param most  characters of its end that are wanted.
+  /// @cost O(most), however long the text is; with ERROR, that and the word that it takes away.
+  [[nodiscard]] std::string text_with(const std::optional<HeldSign>& held, std::size_t most = std::string::npos) const;
 
  private:
   void write(char c);
 
-  double word_gap_;
-  std::deque<double> letter_seconds_;  // of the last signs
+  // All that bears on the next sign but the text.
+  struct State {
+    double word_gap;
+    std::deque<double> letter_seconds;  // of the last signs
+    bool space = false;                 // before the next character
+    bool numerals = false;              // letters stand for digits now
+  };
+  State state_;
   std::string text_;
-  bool space_ = false;  // before the next character
-  bool numerals_ = false;
 };
 
 }  // namespace choreo::recognition

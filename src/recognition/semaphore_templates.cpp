@@ -212,6 +212,7 @@ std::vector<TemplateVariant> template_variants() {
 SemaphoreTemplates::SemaphoreTemplates(const SemaphoreOptions& options, const body::ParticleBounds& bounds)
     : options_(options) {
   options_.validate();
+  bounds.validate();
   const auto signs = body::semaphore_signs();
   assert(signs.size() == kSemaphoreSigns);
   const auto add = [&](std::size_t sign, const body::ParticleState& state) {

@@ -72,7 +72,7 @@ using UnitPsi = std::array<double, body::kParticleValues>;
 class SemaphoreTemplates {
  public:
   /// @param bounds  those of the states that will be compared; where they are not the Vitruvian figure's, the figure
-  ///   grows with `alpha_max`. @throws Error (usage) by options.validate().
+  ///   grows with `alpha_max`. @throws Error (usage) by options.validate() and bounds.validate().
   explicit SemaphoreTemplates(const SemaphoreOptions& options = {}, const body::ParticleBounds& bounds = {});
 
   /// @param psi    of `state`, or the mean of states around it. Templates whose arms are joined are compared with

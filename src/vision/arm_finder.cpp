@@ -29,7 +29,8 @@ constexpr double kStillTwo = 1.2;    // Likewise where it did so just before.
 constexpr double kWholeArm = 2.6;    // Face widths squared: an arm bare from the shoulder on is not larger.
 constexpr double kPiece = 0.6;       // Areas of one arm under which a region may be a piece of one.
 constexpr double kThin = 0.45;       // Root of the least variance of an arm, bent or not, in face widths.
-constexpr double kLearnRate = 0.05;  // Of the typical area, a frame.
+constexpr double kLearn_s = 0.65;    // Time constant of the typical area.
+constexpr double kMostStep_s = 0.2;  // What one frame can add to that time, after a gap.
 constexpr std::size_t kMostCandidates = 12;
 
 void check(double value, double least, double most, std::string_view name) {
@@ -97,6 +98,9 @@ class ArmFinder::Search {
     return (large || !whole(c)) && in_areas(c) <= 2 * options_.largest_arm && in_areas(c) >= typical_;
   }
   [[nodiscard]] double in_areas(const Candidate& c) const { return c.area() / (unit_ * unit_); }
+  // As a share of an arm's, at most 1.
+  [[nodiscard]] double size(const Candidate& c) const { return std::min(1.0, in_areas(c) / typical_); }
+  [[nodiscard]] double typical() const { return typical_; }
   [[nodiscard]] cv::Point2d place(const Candidate& c) const {
     return (c.blob.moments.centroid - face_.centre) * (1 / unit_);
   }
@@ -177,7 +181,7 @@ double ArmFinder::Search::share_reached(const Candidate& c, bool left, bool righ
       const double half_squared = reach * reach - (run.y - s.y) * (run.y - s.y);
       if (half_squared < 0) continue;
       const double half = std::sqrt(half_squared);
-      const auto [a, b] = pixels(s.x - half, s.x + half, kLongestSide);
+      const auto [a, b] = pixels(s.x - half, s.x + half, run.to);
       if (std::max(a, run.from) >= std::min(b, run.to)) continue;
       from = std::min(from, std::max(a, run.from));
       to = std::max(to, std::min(b, run.to));
@@ -193,7 +197,7 @@ double ArmFinder::Search::share_on_chest(const Candidate& c) const {
     const double y = (run.y - face_.centre.y) / unit_;
     if (y < 0 || y > kChestEnd) continue;
     const auto [a, b] =
-        pixels(face_.centre.x - kChestHalfWidth * unit_, face_.centre.x + kChestHalfWidth * unit_, kLongestSide);
+        pixels(face_.centre.x - kChestHalfWidth * unit_, face_.centre.x + kChestHalfWidth * unit_, run.to);
     on += std::max(0, std::min(b, run.to) - std::max(a, run.from));
   }
   return on / c.area();
@@ -347,19 +351,111 @@ ArmFinder::ArmFinder(const ArmOptions& options) : options_(options), typical_(op
   options_.validate();
 }
 
-void ArmFinder::forget() {
-  typical_ = options_.typical_arm;
-  before_.clear();
-  joined_before_ = false;
+// Which of the candidates are the arms, with what is remembered of the frames before.
+class ArmFinder::Choice {
+ public:
+  Choice(const Search& search, const std::vector<Candidate>& all, const std::vector<cv::Point2d>& before,
+         bool joined_before)
+      : search_(search), all_(all), before_(before), joined_before_(joined_before) {
+    decide();
+    const auto x = [](const Candidate* c) { return c->blob.moments.centroid.x; };
+    if (found == ArmCase::kTwoArms && x(arms[1]) < x(arms[0])) std::swap(arms[0], arms[1]);
+  }
+
+  ArmCase found = ArmCase::kNoArm;
+  std::array<const Candidate*, 2> arms{};  // As many as were found, the left one first; one where they are joined.
+
+ private:
+  void decide();
+  void take_pair();
+  void take_one();
+  [[nodiscard]] const Candidate* one_of_two() const;
+  [[nodiscard]] bool where_two_were(const Candidate& c) const {
+    return before_.size() == 2 && !joined_before_ && search_.in_areas(c) > kStillTwo * search_.typical() &&
+           search_.covers(c, before_[0]) && search_.covers(c, before_[1]);
+  }
+  [[nodiscard]] double nearness(const Candidate& c, cv::Point2d place) const {
+    const double d = distance(search_.place(c), place) / 0.75;
+    return std::exp(-d * d);
+  }
+
+  const Search& search_;
+  const std::vector<Candidate>& all_;
+  const std::vector<cv::Point2d>& before_;
+  bool joined_before_;
+};
+
+// The best pair: each as large as an arm, near where the arms were.
+void ArmFinder::Choice::take_pair() {
+  double best = 0;
+  for (std::size_t i = 0; i < all_.size(); ++i) {
+    if (!search_.is_arm(all_[i])) continue;
+    for (std::size_t j = i + 1; j < all_.size(); ++j) {
+      if (!search_.is_arm(all_[j])) continue;
+      double score = search_.size(all_[i]) + search_.size(all_[j]);
+      if (before_.size() == 2) {
+        score += std::max(nearness(all_[i], before_[0]) + nearness(all_[j], before_[1]),
+                          nearness(all_[i], before_[1]) + nearness(all_[j], before_[0])) /
+                 2;
+      }
+      if (score > best) {
+        best = score;
+        arms = {&all_[i], &all_[j]};
+        found = ArmCase::kTwoArms;
+      }
+    }
+  }
+}
+
+// The best that is an arm by itself.
+void ArmFinder::Choice::take_one() {
+  double best = 0;
+  for (const auto& c : all_) {
+    if (!search_.is_arm(c)) continue;
+    double score = search_.size(c);
+    for (const auto& place : before_) score += nearness(c, place) / 2;
+    if (score > best) {
+      best = score;
+      arms = {&c, nullptr};
+      found = ArmCase::kOneArm;
+    }
+  }
+}
+
+// The largest that is as large as two, or reaches as far.
+const ArmFinder::Candidate* ArmFinder::Choice::one_of_two() const {
+  for (const auto& c : all_) {
+    const bool as_before = joined_before_ && !before_.empty() && search_.covers(c, before_[0]);
+    if (search_.holds_two(c, as_before ? kStillTwo : kTwoArms)) return &c;
+  }
+  return nullptr;
+}
+
+void ArmFinder::Choice::decide() {
+  take_pair();
+  if (const auto* both = one_of_two()) {
+    // Two arms stay two where this is none of them but could be, or where the other is worth an arm beside it.
+    const bool is_first = both == arms[0];
+    const bool two = found == ArmCase::kTwoArms && (is_first ? search_.size(*arms[1]) >= 0.35 : search_.is_arm(*both));
+    if (two) return;
+    arms = {both, nullptr};
+    found = ArmCase::kJoined;
+    return;
+  }
+  if (found == ArmCase::kTwoArms) return;
+  take_one();
+  // Neither went far, so it is both.
+  if (found == ArmCase::kOneArm && where_two_were(*arms[0])) found = ArmCase::kJoined;
 }
 
 Arms ArmFinder::find(const cv::Mat& posterior, const cv::Mat& body, const std::optional<TrackedFace>& face,
                      double time_s) {
   assert(posterior.type() == CV_8UC1 && (body.empty() || (body.type() == CV_8UC1 && body.size() == posterior.size())));
   Arms arms;
+  const double step_s = last_s_ ? std::clamp(time_s - *last_s_, 0.0, kMostStep_s) : 0.0;
+  last_s_ = time_s;
   if (!face) return arms;
   assert(face->width > 0);
-  arms.found = ArmCase::kNoArm;
   if (time_s - before_s_ > options_.memory_s) {
     before_.clear();
     joined_before_ = false;
@@ -367,85 +463,24 @@ Arms ArmFinder::find(const cv::Mat& posterior, const cv::Mat& body, const std::o
 
   const Search search(options_, *face, typical_);
   const auto all = search.candidates(posterior, body);
-  const auto nearness = [&](const Candidate& c, cv::Point2d place) {
-    const double d = distance(search.place(c), place) / 0.75;
-    return std::exp(-d * d);
-  };
-  const auto size = [&](const Candidate& c) { return std::min(1.0, search.in_areas(c) / typical_); };
+  const Choice choice(search, all, before_, joined_before_);
+  arms.found = choice.found;
+  if (choice.found == ArmCase::kNoArm) return arms;
 
-  // The best pair: each as large as an arm, near where the arms were.
-  std::array<const Candidate*, 2> chosen{};
-  double best = 0;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (!search.is_arm(all[i])) continue;
-    for (std::size_t j = i + 1; j < all.size(); ++j) {
-      if (!search.is_arm(all[j])) continue;
-      double score = size(all[i]) + size(all[j]);
-      if (before_.size() == 2) {
-        score += std::max(nearness(all[i], before_[0]) + nearness(all[j], before_[1]),
-                          nearness(all[i], before_[1]) + nearness(all[j], before_[0])) /
-                 2;
-      }
-      if (score > best) {
-        best = score;
-        chosen = {&all[i], &all[j]};
-      }
-    }
-  }
-  // One that holds both, and nothing worth an arm beside it.
-  const Candidate* both = nullptr;
-  for (const auto& c : all) {
-    const bool as_before = joined_before_ && !before_.empty() && search.covers(c, before_[0]);
-    if (!search.holds_two(c, as_before ? kStillTwo : kTwoArms)) continue;
-    both = &c;
-    break;
-  }
-  if (both != nullptr && (chosen[1] == nullptr || chosen[0] == both || !search.is_arm(*both))) {
-    const auto* other = chosen[0] == both ? chosen[1] : nullptr;
-    const bool second = other != nullptr && search.is_arm(*both) && size(*other) >= 0.35;
-    if (!second) chosen = {both, nullptr};
-  } else {
-    both = nullptr;
-  }
-  if (both != nullptr && chosen[1] != nullptr) both = nullptr;
-
-  if (chosen[0] == nullptr) {
-    double most = 0;
-    for (const auto& c : all) {
-      if (!search.is_arm(c)) continue;
-      double score = size(c);
-      for (const auto& place : before_) score += nearness(c, place) / 2;
-      if (score > most) {
-        most = score;
-        chosen[0] = &c;
-      }
-    }
-    // It lies where two were: neither went far, so it is both.
-    if (chosen[0] != nullptr && before_.size() == 2 && !joined_before_ &&
-        search.in_areas(*chosen[0]) > kStillTwo * typical_ && search.covers(*chosen[0], before_[0]) &&
-        search.covers(*chosen[0], before_[1])) {
-      both = chosen[0];
-    }
-  }
-  if (chosen[0] == nullptr) return arms;
-
-  if (chosen[1] != nullptr && chosen[1]->blob.moments.centroid.x < chosen[0]->blob.moments.centroid.x) {
-    std::swap(chosen[0], chosen[1]);
-  }
-  arms.found = both != nullptr ? ArmCase::kJoined : chosen[1] != nullptr ? ArmCase::kTwoArms : ArmCase::kOneArm;
   before_.clear();
   for (std::size_t k = 0; k < 2; ++k) {
-    if (chosen[k] == nullptr) continue;
-    arms.blob[k] = chosen[k]->blob;
-    arms.at_face = arms.at_face || chosen[k]->at_face;
-    arms.pieced = arms.pieced || chosen[k]->pieced;
-    before_.push_back(search.place(*chosen[k]));
+    const auto* arm = choice.arms[k];
+    if (arm == nullptr) continue;
+    arms.blob[k] = arm->blob;
+    arms.at_face = arms.at_face || arm->at_face;
+    arms.pieced = arms.pieced || arm->pieced;
+    before_.push_back(search.place(*arm));
   }
   joined_before_ = arms.found == ArmCase::kJoined;
   before_s_ = time_s;
   if (arms.found == ArmCase::kTwoArms && !arms.at_face) {
-    const double larger = std::max(search.in_areas(*chosen[0]), search.in_areas(*chosen[1]));
-    typical_ += kLearnRate * (larger - typical_);
+    const double larger = std::max(search.in_areas(*choice.arms[0]), search.in_areas(*choice.arms[1]));
+    typical_ += (1 - std::exp(-step_s / kLearn_s)) * (larger - typical_);
   }
   return arms;
 }

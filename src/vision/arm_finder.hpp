@@ -55,15 +55,14 @@ class ArmFinder {
   [[nodiscard]] Arms find(const cv::Mat& posterior, const cv::Mat& body, const std::optional<TrackedFace>& face,
                           double time_s);
 
-  /// What comes next has nothing to do with what was: another picture of a set.
-  void forget();
-
-  /// The area of one arm, in face widths squared, as far as it is known.
+  /// The area of one arm, in face widths squared, as far as it is known: of `ArmOptions::typical_arm` at first, it
+  /// follows the larger of two arms with a time constant of 0.65 s.
   [[nodiscard]] double typical_arm() const { return typical_; }
 
  private:
   struct Candidate;
   class Search;
+  class Choice;
 
   ArmOptions options_;
   double typical_ = 0;
@@ -71,6 +70,7 @@ class ArmFinder {
   std::vector<cv::Point2d> before_;
   bool joined_before_ = false;
   double before_s_ = 0;
+  std::optional<double> last_s_;
 };
 
 }  // namespace choreo::vision

@@ -16,7 +16,7 @@ constexpr std::size_t kLeastPixels = 6;  // Of one face: fewer are no face's ton
 constexpr double kLeastGathered = 60;
 constexpr double kMostUnseen_s = 0.5;
 constexpr double kUnlike_s = 2.0;
-constexpr double kMostStep_s = 0.2;  // What one frame can add to the time learned, after a gap.
+constexpr double kMostStep_s = 0.2;  // What one look can add to a time of looks, after a gap.
 
 // How much wider the arms' tone is than the face's, chosen on synthetic performers of all skins and on a real
 // recording.
@@ -76,6 +76,11 @@ void gather(const cv::Mat& picture, const cv::Mat& body, const cv::Rect& area, s
       if (m == nullptr || m[x] != 0) out.push_back(tone_colour(p[x]));
     }
   }
+}
+
+// From one look to the next.
+double step_since(const std::optional<double>& last_s, double time_s) {
+  return last_s ? std::clamp(time_s - *last_s, 0.0, kMostStep_s) : 0.0;
 }
 
 cv::Vec3d mean_of(const std::vector<ToneColour>& colours) {
@@ -175,16 +180,21 @@ bool ToneLearner::add(const cv::Mat& picture, const TrackedFace& face, double ti
   if (colours.size() < kLeastPixels) return false;
 
   if (!alike(colours)) {
-    if (!unlike_since_s_) unlike_since_s_ = time_s;
-    if (time_s - *unlike_since_s_ < kUnlike_s) return false;
+    // Of looks, not of time: two odd ones with the face hidden in between tell nothing of what was there.
+    unlike_s_ += step_since(unlike_at_s_, time_s);
+    unlike_at_s_ = time_s;
+    if (unlike_s_ < kUnlike_s - 1e-9) return false;
     reset();
   }
-  unlike_since_s_.reset();
+  unlike_at_s_.reset();
+  unlike_s_ = 0;
 
-  const double step = last_s_ ? std::clamp(time_s - *last_s_, 0.0, kMostStep_s) : 0.0;
+  const double step = step_since(last_s_, time_s);
   last_s_ = time_s;
+  bool last_chance = false;
   if (learned_s_ < options_.learn_s) {
     learned_s_ = std::min(options_.learn_s, learned_s_ + step);
+    last_chance = options_.adapt_s == 0 && learned_s_ == options_.learn_s;
   } else if (options_.adapt_s > 0) {
     const double factor = std::exp(-step / options_.adapt_s);
     face_.fade(factor);
@@ -202,8 +212,8 @@ bool ToneLearner::add(const cv::Mat& picture, const TrackedFace& face, double ti
     }
   }
   if (face_.weight < kLeastGathered) return false;
-  // Half a millisecond of grace: time stamps are rounded.
-  if (given_s_ && time_s - *given_s_ < options_.rebuild_s - 5e-4) return false;
+  // Half a millisecond of grace: time stamps are rounded. What never adapts is never looked at again.
+  if (!last_chance && given_s_ && time_s - *given_s_ < options_.rebuild_s - 5e-4) return false;
   given_s_ = time_s;
   give_out();
   return true;

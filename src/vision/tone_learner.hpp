@@ -23,8 +23,9 @@ namespace choreo::vision {
 [[nodiscard]] std::array<cv::Rect, 2> clothes_areas(const TrackedFace& face, cv::Size picture);
 
 /// Gathers pixels from face after face. The first `learn_s` seconds of face count alike; then the past is forgotten
-/// with the time constant `adapt_s`, so that the tone follows the light. A face that suddenly looks otherwise (a hand
-/// before it, another person) is left out; one that stays so for two seconds is learned anew.
+/// with the time constant `adapt_s`, so that the tone follows the light (where that is 0, the tone stays). A face that
+/// suddenly looks otherwise (a hand before it, another person) is left out; one that stays so for two seconds of looks
+/// is learned anew. From one look to the next at most 0.2 seconds count, for that and for `learn_s`.
 ///
 /// Arms are not lit as faces are: they are shaded (0.6 to 1.06 times as bright), redder towards the hands and out of
 /// the cheeks' light. So the tone that is given out is wider than the face's own: along saturation, across it in hue,
@@ -78,7 +79,9 @@ class ToneLearner {
   ToneOptions options_;
   Gathered face_;
   std::array<Gathered, 2> worn_;  // As of `clothes_areas`.
-  std::optional<double> last_s_, given_s_, unlike_since_s_;
+  std::optional<double> last_s_, given_s_;
+  std::optional<double> unlike_at_s_;  // The last look that was odd, where the last was.
+  double unlike_s_ = 0;
   double learned_s_ = 0;
   std::optional<Tone> skin_, clothes_;
 };

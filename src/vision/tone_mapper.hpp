@@ -16,7 +16,7 @@
 namespace choreo::vision {
 
 /// Posteriors looked up by blue, green and red, 64 steps each: a table of 256 KiB a tone, which a core's second cache
-/// holds. A cell's centre stands for its 64 colours. Over all colours that is off by 0.0023 on average, by at most 0.4
+/// holds. A cell's centre stands for its 64 colours. Over all colours that is off by 0.0023 on average, by at most 0.35
 /// where a tone ends, and on the wrong side of 0.5 for one colour in 400. Seven bits a channel would halve that, and
 /// make a change of light cost eight times as much.
 /// @thread reentrant; what changes tones excluded.

@@ -33,11 +33,9 @@ void check_noise(double noise) {
   return std::exp(-0.5 * d * d / variance) / std::sqrt(2 * std::numbers::pi * variance);
 }
 
-template <typename Model>
-void check_samples(std::size_t count) {
-  if (count >= Model::kLeastSamples) return;
-  throw usage_error(fmt::format("too few pixels for a tone: {}", count), {},
-                    fmt::format("give at least {}", Model::kLeastSamples));
+void check_samples(std::size_t count, std::size_t least, const std::string& whose = "a tone") {
+  if (count >= least) return;
+  throw usage_error(fmt::format("too few pixels for {}: {}", whose, count), {}, fmt::format("give at least {}", least));
 }
 
 }  // namespace
@@ -118,7 +116,7 @@ GaussianTone::GaussianTone(const Parameters& parameters) : parameters_(parameter
 }
 
 GaussianTone GaussianTone::fitted(std::span<const cv::Vec3b> bgr, const ToneFit& fit) {
-  check_samples<GaussianTone>(bgr.size());
+  check_samples(bgr.size(), GaussianTone::kLeastSamples);
   cv::Vec3d sum;
   cv::Matx33d squares = cv::Matx33d::zeros();
   double rounding = 0;
@@ -260,7 +258,7 @@ HistogramTone::HistogramTone(Parameters parameters) : parameters_(std::move(para
 }
 
 HistogramTone HistogramTone::fitted(std::span<const cv::Vec3b> bgr, const ToneFit& fit) {
-  check_samples<HistogramTone>(bgr.size());
+  check_samples(bgr.size(), HistogramTone::kLeastSamples);
   Parameters out;
   out.weights.assign(std::size_t(kCells) * kCells, 0.0F);
   out.noise = fit.noise;
@@ -385,7 +383,8 @@ std::vector<Tone::Part> fitted_parts(std::span<const cv::Vec3b> bgr, const ToneF
   if (fit.parts == 1) return {{1, made(bgr)}};
 
   const auto count = static_cast<std::size_t>(fit.parts);
-  if (bgr.size() < count) check_samples<GaussianTone>(bgr.size());
+  const auto least = fit.kind == ToneKind::kHistogram ? HistogramTone::kLeastSamples : GaussianTone::kLeastSamples;
+  check_samples(bgr.size(), count * least, fmt::format("a tone of {} parts", count));
   std::vector<cv::Vec3d> at;
   for (const auto& pixel : bgr) {
     const auto c = tone_colour(pixel);
@@ -399,6 +398,12 @@ std::vector<Tone::Part> fitted_parts(std::span<const cv::Vec3b> bgr, const ToneF
   }
   std::vector<std::vector<cv::Vec3b>> pixels(count);
   for (std::size_t i = 0; i < bgr.size(); ++i) pixels[best.of[i]].push_back(bgr[i]);
+  for (std::size_t k = 0; k < count; ++k) {
+    if (pixels[k].size() >= least) continue;
+    throw usage_error(
+        fmt::format("part {} of {} is of {} of the {} pixels", k + 1, count, pixels[k].size(), bgr.size()), {},
+        fmt::format("a part has at least {}: the colours fall into fewer parts, so ask for fewer", least));
+  }
   std::vector<Tone::Part> parts;
   for (const auto& part : pixels) parts.push_back({double(part.size()) / double(bgr.size()), made(part)});
   return parts;

@@ -90,6 +90,54 @@ TEST_F(Tones, BadSamplesAreRefusedByLine) {
   EXPECT_THAT(refused_training(samples(), {"--model", "gausian"}), HasSubstr("\"gausian\""));
 }
 
+TEST_F(Tones, MorePartsThanTheColoursFallIntoAreRefusedByPart) {
+  std::string two;
+  for (int i = 0; i < 300; ++i) two += i % 2 == 0 ? "30,30,210,1\n" : "20,200,230,1\n";
+  for (const auto* model : {"gaussian", "histogram"}) {
+    EXPECT_THAT(refused_training(two + "9,9,9,2\n", {"--parts", "3", "--model", model}),
+                AllOf(HasSubstr("bad.csv"), HasSubstr("part 3 of 3 is of 0 of the 300 pixels")));
+  }
+  EXPECT_THAT(refused_training("30,30,210,1\n20,20,200,1\n9,9,9,2\n", {"--parts", "3"}),
+              HasSubstr("too few pixels for a tone of 3 parts: 2"));
+}
+
+TEST_F(Tones, AHalfWithoutARowIsSaidToBeThat) {
+  EXPECT_THAT(refused_training(samples(), {"--half", "second"}),
+              HasSubstr("none of the 400 rows is of the second half"));
+}
+
+TEST_F(Tones, NamesThatNoFileCouldHoldAreRefused) {
+  const auto csv = file("samples.csv", samples());
+  const std::string latin = "gr\xfcn";
+  EXPECT_THAT(refused({"train", csv, "--name", latin, "-o", folder_ / "out.toml"}),
+              AllOf(HasSubstr("--name \"gr\\xfcn\""), HasSubstr("UTF-8")));
+  EXPECT_THAT(refused({"train", csv, "--name", "skin", "--others", latin, "-o", folder_ / "out.toml"}),
+              HasSubstr("--others \"gr\\xfcn\""));
+  const auto out = folder_ / "green.toml";
+  EXPECT_EQ(choreoscope({"tones", "train", csv, "--name", "gr\xc3\xbcn", "-o", out}).status, 0);
+  EXPECT_THAT(choreoscope({"tones", "show", out}).out, HasSubstr("gr\xc3\xbcn: prior"));
+}
+
+// A shell that is given the first line makes the same file.
+TEST_F(Tones, TheFirstLineOfAFileSaysHowItIsMadeAgain) {
+  const auto csv = file("my samples.csv", samples());
+  EXPECT_EQ(choreoscope({"tones", "train", csv, "--name", "glove", "-o", folder_ / "glove.toml"}).status, 0);
+  EXPECT_EQ(choreoscope({"tones", "train", csv, "--name", "it's", "--label", "2", "--prior", "0.7", "--outliers",
+                         "0.25", "--noise", "3.5", "--half", "first", "--merge", folder_ / "glove.toml", "-o",
+                         folder_ / "first.toml"})
+                .status,
+            0);
+  const auto bytes = read_bytes(folder_ / "first.toml");
+  const std::string text(bytes.begin(), bytes.end());
+  const std::string begin = "# Made by choreoscope ";
+  ASSERT_THAT(text, StartsWith(begin));
+  const auto line = text.substr(begin.size(), text.find('\n') - begin.size());
+  const auto again = run_program("/bin/sh", {"-c", std::string(CHOREO_PROGRAM) + " " + line + " -o '" +
+                                                       std::string(folder_ / "again.toml") + "'"});
+  ASSERT_EQ(again.status, 0) << again.told();
+  EXPECT_EQ(read_bytes(folder_ / "again.toml"), bytes);
+}
+
 // As the samples of the University of California have it.
 TEST_F(Tones, ColumnsThatAreCalledWhatTheyAreNotAreNoticed) {
   EXPECT_THAT(refused_training(samples("r,g,b,skin\n")), HasSubstr("bluer than red"));
@@ -126,6 +174,12 @@ TEST_F(Tones, PicturesThatDoNotGoTogetherAreRefused) {
   EXPECT_THAT(train("red.png", "black.png"), HasSubstr("too few pixels for a tone: 0"));
   EXPECT_THAT(train("grey.png", "black.png"), HasSubstr("tones need colour"));
   EXPECT_THAT(train("red.png", "nowhere.png"), HasSubstr("no picture that can be read"));
+  // Not read: a file of such a size without a byte on the disk.
+  write_bytes(folder_ / "large.png", std::string());
+  std::filesystem::resize_file(folder_ / "large.png", std::uintmax_t{10} << 30U);
+  EXPECT_THAT(train("red.png", "large.png"),
+              HasSubstr("the mask \"" + std::string(folder_ / "large.png") + "\" is larger"));
+  EXPECT_THAT(train("large.png", "red.png"), HasSubstr("no picture"));
   EXPECT_THAT(refused({"train", "--picture", folder_ / "red.png", "--name", "x", "-o", folder_ / "out.toml"}),
               HasSubstr("needs a mask"));
   EXPECT_THAT(refused({"train", "--name", "x", "-o", folder_ / "out.toml"}), HasSubstr("a CSV, or a picture"));

@@ -37,12 +37,19 @@ class Stream {
     blind_to_ = to;
     return *this;
   }
+  // No frame comes.
+  Stream& stalled(double from, double to) {
+    stalled_from_ = from;
+    stalled_to_ = to;
+    return *this;
+  }
 
   std::vector<HeldSign> read() {
     std::vector<HeldSign> all;
     std::mt19937_64 chance(3);
     for (int f = 0; f / fps_ <= keys_.back().seconds; ++f) {
       const double t = f / fps_;
+      if (t > stalled_from_ && t < stalled_to_) continue;
       std::optional<body::ParticleState> state;
       if (t < blind_from_ || t >= blind_to_) state = seen(pose_at(t), who_, chance);
       for (auto& sign : reader_.add(t, state).ended) all.push_back(sign);
@@ -69,6 +76,7 @@ class Stream {
   SemaphoreReader reader_;
   double fps_ = 30;
   double blind_from_ = 1e9, blind_to_ = 1e9;
+  double stalled_from_ = 1e9, stalled_to_ = 1e9;
 };
 
 std::string names(const std::vector<HeldSign>& signs) {
@@ -122,6 +130,36 @@ TEST(SemaphoreReader, FrameRateAndNoiseChangeNothing) {
 TEST(SemaphoreReader, FewFramesWithoutAStateAreBridgedAndAHiddenArmIsNoLetter) {
   EXPECT_EQ(names(Stream({{0, "K"}, {3, "K"}}).blind(1.5, 1.6).read()), "K");
   EXPECT_EQ(names(Stream({{0, "K"}, {3, "K"}}).blind(0, 3).read()), "");
+}
+
+TEST(SemaphoreReader, SlowFramesAreNoTimeWithoutAState) {
+  const std::vector<Key> keys = {{0, "REST"}, {4, "REST"}, {4.5, "H"},   {9, "H"},     {9.5, "E"},  {14, "E"},
+                                 {14.5, "L"}, {19, "L"},   {20, "REST"}, {24, "REST"}, {24.5, "L"}, {29, "L"}};
+  for (const double fps : {1.0, 2.0, 2.5, 5.0}) EXPECT_EQ(names(Stream(keys).rate(fps).read()), "H E L L") << fps;
+}
+
+TEST(SemaphoreReader, BridgingNothingReadsWhatIsSeenAllTheTime) {
+  for (const double bridge_s : {0.0, 0.02, 0.05}) {
+    SemaphoreOptions options;
+    options.bridge_s = bridge_s;
+    for (const double fps : {10.0, 30.0}) {
+      const std::vector<Key> keys = {{0, "B"}, {3, "B"}, {3.5, "K"}, {6, "K"}};
+      EXPECT_EQ(names(Stream(keys, {}, options).rate(fps).read()), "B K") << bridge_s << " " << fps;
+      EXPECT_EQ(names(Stream(keys, {}, options).rate(fps).blind(1.5, 1.65).read()), "B B K") << bridge_s << " " << fps;
+    }
+  }
+}
+
+TEST(SemaphoreReader, AGapInTheFramesEndsASign) {
+  const std::vector<Key> keys = {{0, "B"}, {12, "B"}};
+  const auto signs = Stream(keys).stalled(3, 8).read();
+  ASSERT_EQ(names(signs), "B B");
+  EXPECT_NEAR(signs[0].to, 3, 0.05);
+  EXPECT_GT(signs[1].from, 8);
+  EXPECT_EQ(names(Stream(keys).stalled(3, 3.9).read()), "B") << "a hiccup";
+  SemaphoreOptions patient;
+  patient.bridge_s = 5;
+  EXPECT_EQ(names(Stream(keys, {}, patient).stalled(3, 8).read()), "B");
 }
 
 TEST(SemaphoreReader, ErrorIsThreeTimesUpAndDownAndSpellsNothing) {

@@ -2,6 +2,9 @@
 // How signs become words.
 #include "recognition/semaphore_speller.hpp"
 
+#include <algorithm>
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -68,6 +71,30 @@ TEST(SemaphoreSpeller, TheLetterThatIsHeldIsShownBeforeItEnds) {
   EXPECT_EQ(speller.text_with(HeldSign{"B", 2, 2.5, 1, {}}), "AB");
   EXPECT_EQ(speller.text_with(std::nullopt), "A");
   EXPECT_EQ(speller.text(), "A");
+}
+
+TEST(SemaphoreSpeller, TheEndOfTheTextIsTheSameHoweverMuchOfItIsWanted) {
+  const std::vector<Told> texts = {{},
+                                   {{"A", 1}},
+                                   {{"A", 1}, {"REST", 2}, {"B", 1}},
+                                   {{"A", 1}, {"REST", 2}, {"B", 1}, {"C", 1}, {"D", 1}, {"REST", 2}},
+                                   {{"REST", 2}, {"NUMERALS", 1}, {"A", 1}, {"B", 1}, {"C", 1}, {"D", 1}, {"E", 1}}};
+  for (const auto& told : texts) {
+    SemaphoreSpeller speller;
+    double t = 0;
+    for (const auto& [sign, seconds] : told) {
+      speller.add({sign, t, t + seconds, 1, {}});
+      t += seconds + 0.5;
+    }
+    for (const std::string_view held : {"", "A", "J", "REST", "NUMERALS", "CANCEL", "ERROR", "ATTENTION"}) {
+      const auto now = held.empty() ? std::nullopt : std::optional(HeldSign{held, t, t + 2, 1, {}});
+      const auto whole = speller.text_with(now);
+      for (std::size_t most = 0; most < 8; ++most) {
+        const auto end = whole.substr(whole.size() - std::min(whole.size(), most));
+        EXPECT_EQ(speller.text_with(now, most), end) << held << " of " << speller.text() << ", " << most;
+      }
+    }
+  }
 }
 
 }  // namespace

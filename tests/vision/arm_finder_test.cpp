@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <limits>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
@@ -263,17 +264,31 @@ TEST(ArmFinder, ContinuityChoosesBetweenAlikeRegions) {
   expect_at(arms.blob[1], {3.5, 1.3});
 }
 
-TEST(ArmFinder, ForgettingMakesItAsNew) {
-  const auto first = Drawing().limb({-1, 3}, {-3, 4.2}).limb({2.5, 1.3}, {4.5, 1.3});
-  const auto second =
-      Drawing().limb({-2.5, 1.3}, {-4.5, 1.3}).limb({2.5, 1.3}, {4.5, 1.3}).limb({-1.2, 3.6}, {1.2, 4}, 0.55);
+TEST(ArmFinder, LearnsHowLargeArmsAreByTimeAndNotByFrames) {
+  const auto wide = Drawing().limb({-2.2, 1.3}, {-5, 1.3}, 0.8).limb({2.2, 1.3}, {5, 1.3}, 0.8);
+  std::vector<double> learned;
+  for (const double fps : {10.0, 30.0, 120.0}) {
+    ArmFinder finder;
+    for (int f = 0; f <= fps / 2; ++f) ASSERT_EQ(wide.found(finder, f / fps).found, ArmCase::kTwoArms);
+    learned.push_back(finder.typical_arm());
+  }
+  EXPECT_GT(learned[1], ArmOptions{}.typical_arm + 0.3);
+  EXPECT_NEAR(learned[0], learned[1], 1e-6);
+  EXPECT_NEAR(learned[2], learned[1], 1e-6);
+}
+
+TEST(ArmFinder, AtTheRightEdgeOfTheWidestPictureThereAreArmsToo) {
+  const auto drawing = out_to_both_sides();
+  const auto here = drawing.found();
+  const cv::Point shift(kLongestSide - kSize.width, kLongestSide - kSize.height);
+  cv::Mat wide = cv::Mat::zeros(kLongestSide, kLongestSide, CV_8UC1);
+  drawing.tone.copyTo(wide(cv::Rect(shift, kSize)));
+  auto face = drawing.face;
+  face.centre += cv::Point2d(shift);
   ArmFinder finder;
-  static_cast<void>(first.found(finder, 0));
-  finder.forget();
-  const auto again = second.found(finder, 0.03);
-  const auto alone = second.found();
-  EXPECT_EQ(again.found, alone.found);
-  for (std::size_t k = 0; k < 2; ++k) EXPECT_EQ(again.blob[k].moments.centroid, alone.blob[k].moments.centroid);
+  const auto there = finder.find(wide, kEverywhere, face, 0);
+  ASSERT_EQ(there.found, ArmCase::kTwoArms);
+  for (std::size_t k = 0; k < 2; ++k) EXPECT_EQ(there.blob[k].box, here.blob[k].box + shift);
 }
 
 TEST(ArmFinder, ShortForearmsTowardsTheCameraThatMeetAreJoinedBecauseTwoWereThere) {

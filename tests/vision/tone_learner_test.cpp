@@ -92,6 +92,33 @@ TEST_P(Learner, LeavesOutAFaceThatSuddenlyLooksOtherwiseUntilItStays) {
   EXPECT_GT(posterior_of(learner, {40, 160, 40}), 0.9);
 }
 
+TEST_P(Learner, TwoOddLooksBetweenWhichTheFaceWasHiddenAreNotTwoSeconds) {
+  ToneLearner learner(options_);
+  for (int i = 0; i < 100; ++i) learner.add(portrait(), kFace, i * 0.1);
+  const double before = posterior_of(learner, kSkinPixel);
+  const cv::Scalar glove(40, 160, 40);
+  EXPECT_FALSE(learner.add(portrait(glove), kFace, 10));
+  EXPECT_FALSE(learner.add(portrait(glove), kFace, 13));
+  EXPECT_NEAR(learner.learned_s(), 3, 1e-9);
+  EXPECT_EQ(posterior_of(learner, kSkinPixel), before);
+}
+
+TEST_P(Learner, WhatIsLearnedOnceAndForAllIsGivenOutWholeHoweverSeldomThatIsAsked) {
+  options_.adapt_s = 0;
+  options_.rebuild_s = 10;
+  options_.learn_s = 2;
+  ToneLearner learner(options_);
+  const cv::Scalar later(120, 160, 226);
+  EXPECT_TRUE(learner.add(portrait(), kFace, 0));
+  const double first = posterior_of(learner, {115, 155, 226});
+  int given = 0;
+  for (int i = 1; i < 120; ++i) {
+    given += learner.add(portrait(later), kFace, i / 30.0) ? 1 : 0;
+    EXPECT_TRUE(given == 0 ? i < 62 : given == 1 && i >= 60) << i << " " << given;
+  }
+  EXPECT_NE(posterior_of(learner, {115, 155, 226}), first);
+}
+
 TEST_P(Learner, TakesABareChestForNoClothes) {
   ToneLearner bare(options_);
   bare.add(portrait(kSkin, kSkin * 0.9), kFace, 0);

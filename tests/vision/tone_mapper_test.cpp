@@ -43,23 +43,27 @@ TEST(ToneMapper, IsBayesRuleWithinTheCellsError) {
   std::array<double, 2> worst{};
   double sum = 0;
   int count = 0;
+  int wrong = 0;
   for (int b = 1; b < 256; b += 5) {
     for (int g = 1; g < 256; g += 5) {
       for (int r = 1; r < 256; r += 3) {
         const cv::Mat pixel(1, 1, CV_8UC3, cv::Scalar(b, g, r));
         const auto exact = set.posteriors(tone_colour(cv::Vec3d(b, g, r)));
         for (std::size_t t = 0; t < 2; ++t) {
-          const double error = std::abs(mapper.posterior(pixel, {}, t).at<std::uint8_t>(0, 0) / 255.0 - exact[t]);
+          const double looked_up = mapper.posterior(pixel, {}, t).at<std::uint8_t>(0, 0) / 255.0;
+          const double error = std::abs(looked_up - exact[t]);
           worst[t] = std::max(worst[t], error);
           sum += error;
+          wrong += (looked_up > 0.5) != (exact[t] > 0.5) ? 1 : 0;
           ++count;
         }
       }
     }
   }
-  std::printf("look-up: worst error %.3f and %.3f, mean %.5f\n", worst[0], worst[1], sum / count);
-  EXPECT_LT(worst[0], 0.4);
-  EXPECT_LT(worst[1], 0.4);
+  std::printf("look-up: worst error %.3f and %.3f, mean %.5f, on the wrong side of 0.5 one in %.0f\n", worst[0],
+              worst[1], sum / count, double(count) / wrong);
+  EXPECT_LT(worst[0], 0.355);
+  EXPECT_LT(worst[1], 0.355);
   EXPECT_LT(sum / count, 0.003);
 }
 
