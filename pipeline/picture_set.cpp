@@ -33,6 +33,7 @@ constexpr std::size_t kSmallSet = 12;  // Of more pictures, each arm moves in so
 constexpr double kOverlapSpread = 0.03;
 constexpr double kSeenSpread = 0.05;
 constexpr std::size_t kThorough = 6;  // Pictures of a scene.
+constexpr std::size_t kBlock = 32;    // Pictures compared with the signs between two reports.
 
 // Of the whole work, for people who wait.
 constexpr double kFacesShare = 0.4;
@@ -257,10 +258,7 @@ class SetReader {
       if (explained(one_arm) > explained(coverages) + 0.05) coverages = std::move(one_arm);
     }
     if (stopped()) return false;
-    for (std::size_t i = 0; i < views.size(); ++i) {
-      write_reading(views[i], coverages[i], shared);
-      settle(0.5);
-    }
+    for (std::size_t i = 0; i < views.size(); ++i) write_reading(views[i], coverages[i], shared);
     return true;
   }
 
@@ -305,13 +303,17 @@ class SetReader {
   }
 
   // How well every sign covers it. Not of all views where it is stopped.
-  [[nodiscard]] std::vector<recognition::SignCoverage> covered(const std::vector<View>& views, bool one_hangs) const {
+  [[nodiscard]] std::vector<recognition::SignCoverage> covered(const std::vector<View>& views, bool one_hangs) {
     std::vector<recognition::SignCoverage> out(views.size());
-    tbb::parallel_for(std::size_t(0), views.size(), [&](std::size_t i) {
-      if (views[i].evidence.empty() || stopped()) return;
-      const auto& box = views[i].whose.face->box;
-      out[i] = signs_.cover(views[i].evidence, middle_of(box), box.width, one_hangs);
-    });
+    for (std::size_t begin = 0; begin < views.size(); begin += kBlock) {
+      const auto end = std::min(views.size(), begin + kBlock);
+      tbb::parallel_for(begin, end, [&](std::size_t i) {
+        if (views[i].evidence.empty() || stopped()) return;
+        const auto& box = views[i].whose.face->box;
+        out[i] = signs_.cover(views[i].evidence, middle_of(box), box.width, one_hangs);
+      });
+      if (!one_hangs) settle(0.5 * double(end - begin));
+    }
     return out;
   }
 

@@ -134,6 +134,18 @@ TEST(PictureSet, WithoutFacesWithoutMovementAndWithoutPicturesThereIsNoSign) {
   EXPECT_TRUE(read_pictures({}, nobody, {}).value().empty());
 }
 
+TEST(PictureSet, TellsHowFarItIsWithoutLeapsOrStepsBack) {
+  const auto stills = signaller_stills("DHMRUX", 13);
+  KnownFaces faces(faces_of(stills));
+  double before = 0;
+  ASSERT_TRUE(read_pictures(pictures_of(stills), faces, {}, [&](double share) {
+    EXPECT_GE(share, before);
+    EXPECT_LE(share, before + 0.25);
+    before = share;
+  }));
+  EXPECT_EQ(before, 1);
+}
+
 TEST(PictureSet, StoppingGivesNothingAndOptionsOutOfRangeAreRefused) {
   KnownFaces nobody({});
   std::stop_source stop;
@@ -150,14 +162,14 @@ TEST(PictureSet, FlagsAreReadByTheirToneAndByTheirPlaceAtTheArmsEnds) {
   signaller.flags = true;
   signaller.sleeves = "long";
   signaller.skin = "light";
-  const auto stills = signaller_stills("DHMRUX", 13, signaller);
+  const auto stills = signaller_stills(kAlphabet, 51, signaller);
   PictureSetOptions options;
   options.given.put(flag_tone());
   options.tones.arms = {"flag"};
   options.arms.reach = 6;  // As of the preset.
   options.arms.typical_arm = 4;
   options.arms.largest_arm = 12;
-  EXPECT_EQ(letters_of(read(stills, options)), "DHMRUX");
+  EXPECT_EQ(letters_of(read(stills, options)), kAlphabet);
 }
 
 TEST(PictureSet, OnlyWhatIsAsLikelyAsTheThresholdIsSeenOfArms) {
