@@ -45,11 +45,12 @@ What it writes into DIR:
   particles.csv  with --save particles: one row a frame: face, arms and the
                  particle state, in face widths
   letters.json   with --recognise semaphore: letters with times, and the text
+  summary.json   source, sizes, settings, warnings, timings
 A set of pictures (a folder whose names are no numbered sequence, or with
-?stills=1) read with --recognise semaphore gives instead:
+?stills=1) read with --recognise semaphore gives instead of all these, and
+takes no --save, --state, --span, --every or --background:
   letters.json   the letter that each picture shows, or null
   pictures.png   all pictures with what was seen of the arms
-  summary.json   source, sizes, settings, warnings, timings
 Nothing is written under these names before all of it is complete.
 
 Examples:
@@ -64,6 +65,20 @@ Examples:
 Exit status: 0 done, 1 failed while running, 2 refused (usage, configuration,
 source), 130 interrupted: what was computed until then is written.)";
 
+// Pictures of a set do not follow one another, have no states, and tell of their background by themselves.
+void refuse_what_sets_lack(const AnalyzeOptions& options) {
+  const std::pair<const char*, bool> given[] = {{"--save", !options.save.empty()},
+                                                {"--state", !options.signals.state.empty()},
+                                                {"--span", options.source.span.has_value()},
+                                                {"--every", options.source.every != 1},
+                                                {"--background", options.source.background.has_value()}};
+  for (const auto& [option, is_given] : given) {
+    if (!is_given) continue;
+    throw usage_error("means nothing for a set of pictures", option,
+                      "leave it out: a set gives letters.json and pictures.png, nothing else");
+  }
+}
+
 int analyze(const AnalyzeOptions& options, Session& session) {
   auto& console = session.console;
   const pipeline::SteadyClock clock;
@@ -76,6 +91,7 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   const auto& stop = prepared.stop;
   if (options.out.empty()) throw usage_error("is empty", "--out", "name the folder to write to");
   if (summary.source.stills && options.signals.reads()) {
+    refuse_what_sets_lack(options);
     return analyze_pictures(*prepared.source, *load_faces(settings), picture_options(settings), options.out, session);
   }
   outputs::OutputSet files(options.out);

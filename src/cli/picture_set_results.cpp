@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,7 +13,11 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "cli/memory.hpp"
+#include "cli/results.hpp"
+#include "core/error.hpp"
 #include "core/text.hpp"
+#include "core/time.hpp"
 #include "outputs/letters_json.hpp"
 #include "outputs/output_set.hpp"
 #include "vision/colourless.hpp"
@@ -26,17 +32,33 @@ constexpr int kColumns = 6;
 constexpr const char* kLetters = "letters.json";
 constexpr const char* kSheet = "pictures.png";
 
-// The sign as a letter: REST is none.
 std::optional<std::string> letter_of(const PictureReading& reading) {
-  if (!reading.sign || *reading.sign == "REST") return std::nullopt;
-  return std::string(*reading.sign);
+  return reading.sign ? std::optional(std::string(*reading.sign)) : std::nullopt;
+}
+
+// A run that is killed half way would leave nothing, and one that swaps would never end.
+// @param pixels  of the reduced pictures, as far as they are known.
+// @param free  bytes before the first of them was read.
+void require_memory(const std::string& source, std::uint64_t pictures, std::uint64_t pixels,
+                    std::optional<std::uint64_t> free) {
+  const auto tiles = pictures * 2 * 3 * kTile * kTile;  // And the sheet that they are laid on.
+  const auto bytes = pipeline::bytes_to_read(pixels, pictures) + tiles;
+  if (!free || bytes <= *free / 10 * 8) return;
+  throw usage_error(fmt::format("its {} pictures take {:.1f} GB of memory together, and {:.1f} GB are free", pictures,
+                                1e-9 * double(bytes), 1e-9 * double(*free)),
+                    source, "read them in several folders");
+}
+
+std::uint64_t reduced_pixels(cv::Size size, int longest_side) {
+  const double shrink = std::min(1.0, double(longest_side) / std::max(size.width, size.height));
+  return std::uint64_t(shrink * shrink * double(size.area()));
 }
 
 std::string json_of(const std::vector<std::string>& names, const std::vector<PictureReading>& readings) {
   std::vector<outputs::PictureReading> pictures;
   for (std::size_t i = 0; i < names.size(); ++i) {
     recognition::SignReading shown;
-    if (letter_of(readings[i])) shown.sign = readings[i].sign;
+    shown.sign = readings[i].sign;
     shown.confidence = readings[i].confidence;
     shown.runner_up = readings[i].runner_up;
     pictures.push_back({names[i], shown});
@@ -134,11 +156,19 @@ int analyze_pictures(devices::Source& source, vision::FaceDetector& faces, const
   outputs::OutputSet files(out);
   files.check(kLetters);
   files.check(kSheet);
+  const auto& info = source.info();
+  const auto expected =
+      std::uint64_t(std::llround(to_seconds(info.duration.value_or(Nanoseconds{0})) * info.nominal_fps));
+  const auto free = available_memory();
+  require_memory(info.name, expected, expected * reduced_pixels(info.size, options.longest_side), free);
   std::vector<cv::Mat> pictures;
   std::vector<std::string> names;
+  std::uint64_t pixels = 0;
   while (const auto frame = source.read(stop)) {
     pictures.push_back(pipeline::reduced_picture(frame->bgr, options.longest_side));
     names.push_back(frame->name);
+    pixels += pictures.back().total();
+    require_memory(info.name, expected, pixels, free);  // Later ones may be larger than the first.
   }
   if (stop.stop_requested()) throw Interrupted{};
   const auto readings = pipeline::read_pictures(
@@ -149,6 +179,7 @@ int analyze_pictures(devices::Source& source, vision::FaceDetector& faces, const
   std::vector<std::uint8_t> png;
   cv::imencode(".png", sheet_of(pictures, *readings), png);
   outputs::write_file(files.add(kSheet), {reinterpret_cast<const char*>(png.data()), png.size()});
+  supersede_others(files, std::vector<std::string>{kLetters, kSheet});
   files.commit();
   for (const auto& warning : source.warnings()) console.warn(warning);
   warn_of(names, pictures, *readings, console);

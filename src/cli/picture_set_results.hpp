@@ -12,11 +12,12 @@
 namespace choreo::cli {
 
 /// Reads all pictures of a set and writes DIR/letters.json ({"pictures": [{"file", "letter", "confidence",
-/// "runner_up"}]}, letter null where none is shown, REST among it) and DIR/pictures.png, on which every picture stands
-/// with its arms outlined and its letter. Says the letters on standard output and what is to be known on standard
-/// error.
+/// "runner_up"}]}, letter null where none is shown, as where both arms hang) and DIR/pictures.png, on which every
+/// picture stands with its arms outlined and its letter, and removes what else an earlier run left in DIR. Says the
+/// letters on standard output and what is to be known on standard error.
 /// @param source  whose info().stills is set.
-/// @return exit status. @throws Error; Interrupted, nothing being written then.
+/// @return exit status. @throws Error, also where the set needs more than four fifths of the memory that is free, by
+///   the number of its files and the size of the first; Interrupted, nothing being written then.
 int analyze_pictures(devices::Source& source, vision::FaceDetector& faces, const pipeline::PictureSetOptions& options,
                      const std::filesystem::path& out, Session& session);
 

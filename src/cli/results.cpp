@@ -15,7 +15,9 @@ namespace choreo::cli {
 namespace {
 
 // What a run may write, and an earlier run may have left.
-constexpr const char* kOptionalFiles[] = {"masks.npy", "plot.svg", "triangle.svg", "particles.csv", "letters.json"};
+constexpr const char* kAllFiles[] = {"plot.png",     "triangle.png", "z.npy",       "zstar.npy",    "times.npy",
+                                     "frames.csv",   "masks.npy",    "plot.svg",    "triangle.svg", "particles.csv",
+                                     "letters.json", "pictures.png", "summary.json"};
 
 std::vector<std::string> warnings_of(const Summary& s, const config::Options& settings, const Gathered& gathered) {
   auto warnings = gathered.source_warnings;
@@ -171,11 +173,14 @@ void write_results(Summary& summary, const config::Config& config, const similar
   sum_up(summary, settings, gathered);
   outputs::write_file(files.add("summary.json"), to_json(summary, config));
   if (session.interrupt.now().stop_requested()) throw Interrupted{};
-  // What an earlier run wrote and this one did not would belong to another recording.
-  for (const auto* name : kOptionalFiles) {
-    if (std::find(summary.files.begin(), summary.files.end(), name) == summary.files.end()) files.supersede(name);
-  }
+  supersede_others(files, summary.files);
   files.commit();
+}
+
+void supersede_others(outputs::OutputSet& files, std::span<const std::string> written) {
+  for (const auto* name : kAllFiles) {
+    if (std::find(written.begin(), written.end(), name) == written.end()) files.supersede(name);
+  }
 }
 
 void sum_up(Summary& summary, const config::Options& settings, const Gathered& gathered) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -48,6 +49,10 @@ void announce_files(Summary& summary, const outputs::OutputSet& files, const con
 void write_results(Summary& summary, const config::Config& config, const similarity::Comparer& states,
                    Gathered gathered, outputs::NpyPictures* masks, outputs::OutputSet& files, Session& session,
                    const Clock& clock);
+
+/// Has `commit` remove what an earlier run wrote and this one does not: it would belong to another recording.
+/// @param written  the names of this run's files.
+void supersede_others(outputs::OutputSet& files, std::span<const std::string> written);
 
 /// Fills in what the frames of a run were, and what is to be known of them; part of `write_results`.
 /// @param gathered  with at least one row.

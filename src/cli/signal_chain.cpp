@@ -44,7 +44,10 @@ std::unique_ptr<vision::FaceDetector> load_faces(const config::Options& settings
 pipeline::PictureSetOptions picture_options(const config::Options& settings) {
   pipeline::PictureSetOptions options;
   options.semaphore = settings.semaphore;
+  options.least_face = settings.face.search.least_share;
+  options.most_face = settings.face.search.most_share;
   options.tones = settings.tones;
+  options.arms = settings.arms;
   if (!settings.tones.file.empty()) options.given = config::load_tones(settings.tones.file);
   return options;
 }

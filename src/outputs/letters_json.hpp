@@ -38,8 +38,9 @@ struct PictureReading {
 ///       ]
 ///     }
 ///
-/// The letter may be "REST", "NUMERALS" or "CANCEL"; it is null where no sign is shown, and `confidence` is then that
-/// there is none, `runner_up` the sign that came nearest, or null where two arms and a face were not found.
+/// The letter may be "NUMERALS" or "CANCEL"; it is null where none is shown, as where both arms hang (REST), and
+/// `confidence` is then that there is none (0 where no face was found: nothing is known), `runner_up` the letter that
+/// came nearest, or null where arms and a face were not found.
 /// Bytes of a name that are not UTF-8 are written as U+FFFD.
 [[nodiscard]] std::string pictures_json(std::span<const PictureReading> pictures);
 

@@ -16,6 +16,7 @@ namespace {
 constexpr int kSmallest = 32;      // Of a picture's side.
 constexpr int kCoarseSide = 80;    // Of the copy on which every candidate is tried.
 constexpr int kFineSide = 640;     // No level is finer: more pixels do not tell more about four numbers.
+constexpr int kSketchSide = 40;    // Where a turn by 3 degrees moves the rim by a pixel.
 constexpr double kReach = 0.06;    // Of the side, for shifts.
 constexpr std::size_t kTried = 5;  // Candidates.
 constexpr int kSteps = 20;         // At most, a level.
@@ -249,6 +250,35 @@ Agreement agreement_of(const Level& level, const cv::Matx23d& matrix) {
 }
 
 }  // namespace
+
+SceneSketch::SceneSketch(const cv::Mat& picture) {
+  assert(picture.type() == CV_8UC3 && !picture.empty());
+  const double shrink = double(kSketchSide) / std::max(picture.cols, picture.rows);
+  const cv::Size size(std::max(1, cvRound(picture.cols * shrink)), std::max(1, cvRound(picture.rows * shrink)));
+  detail_ = evened(luminance(picture, size), kSketchSide / 10.0);
+}
+
+double SceneSketch::likeness(const SceneSketch& other) const {
+  if (detail_.size() != other.detail_.size()) return 0;
+  const int reach_x = int(std::ceil(kReach * detail_.cols));
+  const int reach_y = int(std::ceil(kReach * detail_.rows));
+  double best = -1;
+  for (int dy = -reach_y; dy <= reach_y; ++dy) {
+    for (int dx = -reach_x; dx <= reach_x; ++dx) {
+      const cv::Rect here(std::max(0, -dx), std::max(0, -dy), detail_.cols - std::abs(dx), detail_.rows - std::abs(dy));
+      if (here.width <= 0 || here.height <= 0) continue;
+      const cv::Mat a = detail_(here);
+      const cv::Mat b = other.detail_(here + cv::Point(dx, dy));
+      const double count = here.area();
+      const double sum_a = cv::sum(a)[0];
+      const double sum_b = cv::sum(b)[0];
+      const double spread = (a.dot(a) - sum_a * sum_a / count) * (b.dot(b) - sum_b * sum_b / count);
+      if (spread <= 1e-6 * count * count) return 0;
+      best = std::max(best, (a.dot(b) - sum_a * sum_b / count) / std::sqrt(spread));
+    }
+  }
+  return std::clamp(best, -1.0, 1.0);
+}
 
 SceneAlignment align_scene(const cv::Mat& reference, const cv::Mat& picture) {
   assert(reference.type() == CV_8UC3 && picture.type() == CV_8UC3 && reference.size() == picture.size());

@@ -20,15 +20,18 @@
 namespace choreo::vision {
 namespace {
 
-constexpr std::size_t kTries = 4;     // Pictures that the others are laid on, to find one that most lie on.
-constexpr double kMostMargin = 0.08;  // Of the picture's side, that the canvas reaches beyond the reference.
-constexpr double kNoiseFactor = 4;    // Threshold over noise.
-constexpr double kUnrestFactor = 3;   // Threshold over what the pictures commonly differ at a pixel,
-constexpr double kMostUnrest = 2.5;   // at most so many times the threshold elsewhere.
-constexpr double kBlur = 1.1;         // px: an arm is wider, noise is not.
-constexpr double kSureFactor = 2.5;   // Difference that is certain, over the threshold.
-constexpr int kSpread = 48;           // Grey levels: pictures of a set are taken minutes apart.
-constexpr double kOverWall = 14;      // D above which a pixel is left out when exposures are brought together.
+constexpr std::size_t kTries = 4;           // Pictures that the others are laid on, to find one that most lie on.
+constexpr std::size_t kMostFruitless = 64;  // Pictures tried in a row on which no other lies.
+constexpr std::size_t kFew = 32;            // Pictures of which every pair may be aligned.
+constexpr std::size_t kBlock = 32;          // Pictures aligned between two reports.
+constexpr double kMostMargin = 0.08;        // Of the picture's side, that the canvas reaches beyond the reference.
+constexpr double kNoiseFactor = 4;          // Threshold over noise.
+constexpr double kUnrestFactor = 3;         // Threshold over what the pictures commonly differ at a pixel,
+constexpr double kMostUnrest = 2.5;         // at most so many times the threshold elsewhere.
+constexpr double kBlur = 1.1;               // px: an arm is wider, noise is not.
+constexpr double kSureFactor = 2.5;         // Difference that is certain, over the threshold.
+constexpr int kSpread = 48;                 // Grey levels: pictures of a set are taken minutes apart.
+constexpr double kOverWall = 14;            // D above which a pixel is left out when exposures are brought together.
 
 cv::Matx33d square(const cv::Matx23d& m) { return {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), 0, 0, 1}; }
 
@@ -137,22 +140,55 @@ struct Group {
   std::vector<cv::Matx23d> transforms;
 };
 
-Group group_of(std::size_t reference, std::span<const std::size_t> left, std::span<const cv::Mat> pictures) {
-  std::vector<std::size_t> others;
-  for (const auto i : left) {
-    if (i != reference && pictures[i].size() == pictures[reference].size()) others.push_back(i);
+// Lays pictures on one another, and says how far that is.
+class Aligner {
+ public:
+  Aligner(std::span<const cv::Mat> pictures, const std::function<void(double)>& progress, std::stop_token stop)
+      : pictures_(pictures), progress_(progress), stop_(std::move(stop)) {
+    if (pictures.size() <= kFew) return;
+    for (const auto& picture : pictures) sketches_.emplace_back(picture);
   }
-  std::vector<SceneAlignment> found(others.size());
-  tbb::parallel_for(std::size_t(0), others.size(),
-                    [&](std::size_t i) { found[i] = align_scene(pictures[reference], pictures[others[i]]); });
-  Group group{reference, {reference}, {cv::Matx23d(1, 0, 0, 0, 1, 0)}};
-  for (std::size_t i = 0; i < others.size(); ++i) {
-    if (!found[i].aligned) continue;
-    group.members.push_back(others[i]);
-    group.transforms.push_back(found[i].picture_from_reference);
+
+  // Those of `left` that lie on the reference; not all of them where it is stopped.
+  [[nodiscard]] Group group_of(std::size_t reference, std::span<const std::size_t> left) {
+    std::vector<std::size_t> others;
+    for (const auto i : left) {
+      if (stopped()) break;
+      if (i == reference || pictures_[i].size() != pictures_[reference].size()) continue;
+      if (sketches_.empty() || sketches_[reference].may_share(sketches_[i])) others.push_back(i);
+    }
+    std::vector<SceneAlignment> found(others.size());
+    for (std::size_t begin = 0; begin < others.size(); begin += kBlock) {
+      const auto end = std::min(others.size(), begin + kBlock);
+      tbb::parallel_for(begin, end, [&](std::size_t i) {
+        if (!stopped()) found[i] = align_scene(pictures_[reference], pictures_[others[i]]);
+      });
+      aligned_ += end - begin;
+      report();
+    }
+    Group group{reference, {reference}, {cv::Matx23d(1, 0, 0, 0, 1, 0)}};
+    for (std::size_t i = 0; i < others.size(); ++i) {
+      if (!found[i].aligned) continue;
+      group.members.push_back(others[i]);
+      group.transforms.push_back(found[i].picture_from_reference);
+    }
+    return group;
   }
-  return group;
-}
+
+  [[nodiscard]] bool stopped() const { return stop_.stop_requested(); }
+
+ private:
+  // A set of one scene takes two alignments a picture; of others nobody knows.
+  void report() const {
+    if (progress_) progress_(double(aligned_) / double(aligned_ + pictures_.size()));
+  }
+
+  std::span<const cv::Mat> pictures_;
+  const std::function<void(double)>& progress_;
+  std::stop_token stop_;
+  std::vector<SceneSketch> sketches_;
+  std::size_t aligned_ = 0;
+};
 
 // The member whose camera stood in the middle of all: the one that most others lie on with the least change.
 std::size_t typical_of(const Group& group, cv::Size size) {
@@ -177,26 +213,34 @@ void take_out(const std::vector<std::size_t>& taken, std::vector<std::size_t>& l
 
 }  // namespace
 
-std::vector<SharedScene> shared_scenes(std::span<const cv::Mat> pictures) {
+std::optional<std::vector<SharedScene>> shared_scenes(std::span<const cv::Mat> pictures,
+                                                      const std::function<void(double)>& progress,
+                                                      std::stop_token stop) {
   std::vector<SharedScene> scenes;
+  Aligner aligner(pictures, progress, std::move(stop));
   std::vector<std::size_t> left(pictures.size());
   std::iota(left.begin(), left.end(), std::size_t(0));
-  while (left.size() > 1) {
+  std::size_t fruitless = 0;
+  while (left.size() > 1 && fruitless < kMostFruitless) {
     Group best;
     std::vector<std::size_t> tried;
     const auto tries = std::min(kTries, left.size());
     for (std::size_t k = 0; k < tries && 2 * best.members.size() <= left.size(); ++k) {
       tried.push_back(left[k * left.size() / tries]);
-      auto group = group_of(tried.back(), left, pictures);
+      auto group = aligner.group_of(tried.back(), left);
+      if (aligner.stopped()) return std::nullopt;
       if (group.members.size() > best.members.size()) best = std::move(group);
     }
     if (best.members.size() < 2) {
-      take_out(tried, left);  // Strangers; a small group among many of them may be missed.
+      take_out(tried, left);
+      fruitless += tried.size();
       continue;
     }
+    fruitless = 0;
     const auto typical = typical_of(best, pictures[best.reference].size());
     if (typical != best.reference) {
-      auto group = group_of(typical, left, pictures);
+      auto group = aligner.group_of(typical, left);
+      if (aligner.stopped()) return std::nullopt;
       if (group.members.size() >= best.members.size()) best = std::move(group);
     }
     take_out(best.members, left);

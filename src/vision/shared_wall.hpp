@@ -3,7 +3,10 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
+#include <optional>
 #include <span>
+#include <stop_token>
 #include <vector>
 
 #include <opencv2/core/mat.hpp>
@@ -20,11 +23,18 @@ struct SharedScene {
 
 /// Groups pictures by the scenes that they show. A picture that shares its scene with no other is in no group.
 ///
-/// All are aligned with one that is typical (`align_scene`); what is left over is grouped again.
+/// All are aligned with one that is typical (`align_scene`); what is left over is grouped again. Of more than 32
+/// pictures those that cannot be one scene by their sketches (`SceneSketch`) are not aligned. Pictures are tried four
+/// at a time as what others lie on, and after 64 in a row on which none does the rest are taken for strangers: a small
+/// group among many of them may be missed.
 /// @param pictures  CV_8UC3, of any sizes; only pictures of one size share a scene.
-/// @cost  one alignment a picture, a few more to find the typical one; uses all cores, and the result does not depend
-///   on how many.
-[[nodiscard]] std::vector<SharedScene> shared_scenes(std::span<const cv::Mat> pictures);
+/// @param progress  told what is done, 0 to 1, increasing; how much there is to do is guessed. May be empty.
+/// @return nothing where `stop` was requested, which is looked at before every alignment.
+/// @cost  one alignment a picture of a scene, a few more to find the typical one, and of strangers one for every pair
+///   that looks alike; uses all cores, and the result does not depend on how many.
+[[nodiscard]] std::optional<std::vector<SharedScene>> shared_scenes(std::span<const cv::Mat> pictures,
+                                                                    const std::function<void(double)>& progress = {},
+                                                                    std::stop_token stop = {});
 
 /// One picture beside the wall, on the canvas.
 struct AgainstWall {
@@ -49,11 +59,11 @@ class SharedWall {
   /// @cost O(pictures x pixels); uses all cores, and the result does not depend on how many.
   SharedWall(std::span<const cv::Mat> pictures, const SharedScene& scene);
 
-  [[nodiscard]] const cv::Mat& plate() const { return plate_; }  ///< CV_8UC3.
   /// Standard deviation of D, grey levels.
   [[nodiscard]] double noise() const { return noise_; }
 
-  /// @param member  a place in `scene.members`.
+  /// @param picture  CV_8UC3, one of the scene's.
+  /// @param picture_from_canvas  as of `SharedScene`.
   /// @param least_threshold  grey levels of D that always count as noise.
   [[nodiscard]] AgainstWall compare(const cv::Mat& picture, const cv::Matx23d& picture_from_canvas,
                                     double least_threshold = 7) const;

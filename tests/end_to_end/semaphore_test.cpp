@@ -30,6 +30,13 @@ class Semaphore : public RefusalTest {
     return nlohmann::json::parse(text.begin(), text.end());
   }
 
+  // Reads a set into `out()`.
+  [[nodiscard]] std::string read_bytes_of_set(const std::string& set) const {
+    analyze(set, out(), {"--recognise", "semaphore"});
+    const auto bytes = read_bytes(out() + "/letters.json");
+    return {bytes.begin(), bytes.end()};
+  }
+
   // Sets of 26 pictures are read elsewhere: three show how.
   void film_pictures(const std::string& letters) {
     for (const char letter : letters) {
@@ -110,6 +117,52 @@ TEST_F(Semaphore, ASetOfPicturesHasALetterEach) {
     read.push_back(picture["file"].get<std::string>() + picture["letter"].dump());
   EXPECT_THAT(read, ElementsAre("N_.png\"N\"", "R_.png\"R\"", "U_.png\"U\""));
   EXPECT_THAT(files_in(out()), IsSupersetOf({"letters.json", "pictures.png"}));
+}
+
+TEST_F(Semaphore, ASetAndASequenceInOneFolderLeaveNothingOfEachOther) {
+  std::filesystem::create_directory(folder_ / "pictures");
+  film_pictures("RU");
+  const auto set = folder_ / "pictures" + "?stills=1";
+  const std::string letters = read_bytes_of_set(set);
+  analyze(kQuick, out(), {"--save", "masks"});
+  auto names = files_in(out());
+  EXPECT_EQ(names.count("pictures.png") + names.count("letters.json"), 0U) << ::testing::PrintToString(names);
+  EXPECT_EQ(read_bytes_of_set(set), letters);
+  EXPECT_THAT(files_in(out()), ::testing::UnorderedElementsAre("letters.json", "pictures.png"));
+}
+
+TEST_F(Semaphore, WhatMeansNothingForASetIsRefused) {
+  std::filesystem::create_directory(folder_ / "pictures");
+  film_pictures("R");
+  const std::vector<std::vector<std::string>> meaningless = {{"--save", "particles"},  {"--save", "masks"},
+                                                             {"--state", "particles"}, {"--span", "0:1"},
+                                                             {"--every", "2"},         {"--background", "first:1s"}};
+  for (const auto& option : meaningless) {
+    const auto complaint = refused(folder_ / "pictures", {"--recognise", "semaphore", option[0], option[1]});
+    EXPECT_THAT(complaint, AllOf(HasSubstr(option[0]), HasSubstr("set of pictures")));
+  }
+}
+
+// Forty thousand names of one file.
+TEST_F(Semaphore, ASetThatTheMemoryCannotHoldIsRefusedBeforeItIsRead) {
+  const auto many = folder_ / "many";
+  std::filesystem::create_directory(many);
+  ASSERT_TRUE(cv::imwrite(many + "/a.png", cv::Mat(800, 800, CV_8UC3, cv::Scalar(90, 120, 150))));
+  for (int k = 0; k < 40'000; ++k)
+    std::filesystem::create_hard_link(many + "/a.png", many + "/b" + std::to_string(k) + ".png");
+  const auto run = choreoscope({"analyze", many + "?stills=1", "--out", out(), "--recognise", "semaphore"});
+  EXPECT_THAT(complaint_of(run, 2), AllOf(HasSubstr("40001 pictures"), HasSubstr("GB of memory")));
+  EXPECT_THAT(hint_of(run), HasSubstr("folders"));
+  EXPECT_FALSE(std::filesystem::exists(out()));
+}
+
+TEST_F(Semaphore, TheSettingsOfFacesReachASet) {
+  std::filesystem::create_directory(folder_ / "pictures");
+  film_pictures("RU");
+  const auto run =
+      analyze(folder_ / "pictures" + "?stills=1", out(),
+              {"--recognise", "semaphore", "--set", "face.least_share=0.4", "--set", "face.most_share=0.5"});
+  EXPECT_THAT(run.err_lines("choreoscope: warning: "), Contains(HasSubstr("no face was found in 2 of 2 pictures")));
 }
 
 TEST_F(Semaphore, GreyPicturesGoOnWithTheSilhouetteAndSaySo) {

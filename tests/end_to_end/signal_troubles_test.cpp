@@ -86,6 +86,27 @@ TEST_F(SignalTroubles, FlagsAndLongSleevesAreReadByTheToneOfTheFlags) {
   }
 }
 
+TEST_F(SignalTroubles, FlagsOfASetOfPicturesAreReadByTheSameSettings) {
+  auto settings = signaller("R");
+  settings.size = {480, 360};
+  settings.flags = true;
+  settings.sleeves = "long";
+  const auto file = tone_file("flag", settings, flags_of);
+  const auto set = folder_ / "set";
+  std::filesystem::create_directory(set);
+  for (const char letter : std::string("RUN")) {
+    settings.text = std::string(1, letter);
+    const Performer performer("semaphore", settings);
+    const int held = performer.first_frame() + int(2.2 * settings.fps);
+    cv::imwrite(set + "/" + letter + "_.png", performer.perform(held).bgr);
+  }
+  const std::vector<std::string> by_skin = {"--recognise", "semaphore"};
+  const std::vector<std::string> by_flag = {"--recognise", "semaphore", "--config",
+                                            "flags",       "--set",     "tones.file=" + file};
+  EXPECT_THAT(analyze(set, out(), by_skin).out, Not(HasSubstr(": N R U\n")));
+  EXPECT_THAT(analyze(set, out(), by_flag).out, HasSubstr(": N R U\n"));
+}
+
 TEST_F(SignalTroubles, WhereTheArmsToneIsNowhereThatIsSaid) {
   auto settings = signaller("R");
   settings.flags = true;

@@ -2,14 +2,19 @@
 #include "pipeline/picture_set.hpp"
 
 #include <algorithm>
+#include <cstdio>
+#include <memory>
 
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
+#include "body/semaphore_signs.hpp"
 #include "core/error.hpp"
+#include "pipeline/face_models.hpp"
 #include "pipeline/signaller_face.hpp"
 #include "support/signaller.hpp"
 #include "vision/face_detector.hpp"
+#include "vision/tone_model.hpp"
 
 namespace choreo::pipeline {
 namespace {
@@ -56,9 +61,26 @@ std::vector<std::vector<vision::Face>> faces_of(const std::vector<Still>& stills
   return out;
 }
 
-std::vector<PictureReading> read(const std::vector<Still>& stills) {
+std::vector<PictureReading> read(const std::vector<Still>& stills, const PictureSetOptions& options = {}) {
   KnownFaces faces(faces_of(stills));
-  return read_pictures(pictures_of(stills), faces, {}).value();
+  return read_pictures(pictures_of(stills), faces, options).value();
+}
+
+/// The flags' red and yellow, as a user would have trained them.
+vision::Tone flag_tone() {
+  vision::Tone tone{"flag", 0.2, {}};
+  for (const auto& bgr : {cv::Vec3b(36, 30, 204), cv::Vec3b(24, 206, 246)}) {
+    std::vector<cv::Vec3b> pixels;
+    cv::RNG random(9);
+    for (int k = 0; k < 400; ++k) {
+      cv::Vec3b pixel;
+      const double light = random.uniform(0.8, 1.15);
+      for (int c = 0; c < 3; ++c) pixel[c] = cv::saturate_cast<std::uint8_t>(light * bgr[c] + random.gaussian(4));
+      pixels.push_back(pixel);
+    }
+    tone.parts.push_back({1, std::make_shared<vision::GaussianTone>(vision::GaussianTone::fitted(pixels))});
+  }
+  return tone;
 }
 
 std::string letters_of(const std::vector<PictureReading>& readings) {
@@ -112,6 +134,18 @@ TEST(PictureSet, WithoutFacesWithoutMovementAndWithoutPicturesThereIsNoSign) {
   EXPECT_TRUE(read_pictures({}, nobody, {}).value().empty());
 }
 
+TEST(PictureSet, TellsHowFarItIsWithoutLeapsOrStepsBack) {
+  const auto stills = signaller_stills("DHMRUX", 13);
+  KnownFaces faces(faces_of(stills));
+  double before = 0;
+  ASSERT_TRUE(read_pictures(pictures_of(stills), faces, {}, [&](double share) {
+    EXPECT_GE(share, before);
+    EXPECT_LE(share, before + 0.25);
+    before = share;
+  }));
+  EXPECT_EQ(before, 1);
+}
+
 TEST(PictureSet, StoppingGivesNothingAndOptionsOutOfRangeAreRefused) {
   KnownFaces nobody({});
   std::stop_source stop;
@@ -121,6 +155,129 @@ TEST(PictureSet, StoppingGivesNothingAndOptionsOutOfRangeAreRefused) {
   PictureSetOptions options;
   options.longest_side = 10;
   EXPECT_THROW((void)read_pictures(one, nobody, options), Error);
+}
+
+TEST(PictureSet, FlagsAreReadByTheirToneAndByTheirPlaceAtTheArmsEnds) {
+  devices::synthetic::PerformerSettings signaller;
+  signaller.flags = true;
+  signaller.sleeves = "long";
+  signaller.skin = "light";
+  const auto stills = signaller_stills(kAlphabet, 51, signaller);
+  PictureSetOptions options;
+  options.given.put(flag_tone());
+  options.tones.arms = {"flag"};
+  options.arms.reach = 6;  // As of the preset.
+  options.arms.typical_arm = 4;
+  options.arms.largest_arm = 12;
+  EXPECT_EQ(letters_of(read(stills, options)), kAlphabet);
+}
+
+TEST(PictureSet, OnlyWhatIsAsLikelyAsTheThresholdIsSeenOfArms) {
+  const auto stills = signaller_stills("RUX", 13);
+  const auto seen_at = [&](double threshold) {
+    PictureSetOptions options;
+    options.tones.threshold = threshold;
+    int seen = 0;
+    for (const auto& reading : read(stills, options)) seen += cv::countNonZero(reading.evidence);
+    return seen;
+  };
+  const auto usual = seen_at(0.5);
+  EXPECT_LT(seen_at(0.99), usual);
+  EXPECT_GT(seen_at(0.05), usual);
+}
+
+TEST(PictureSet, WithoutLearningOnlyTheGivenTonesAreLookedFor) {
+  PictureSetOptions options;
+  options.tones.learn_skin = false;
+  options.tones.file = "flag.toml";
+  options.tones.arms = {"flag"};
+  options.given.put(flag_tone());
+  for (const auto& reading : read(signaller_stills("RUX", 13), options)) EXPECT_FALSE(reading.sign);
+}
+
+/// Remembers which faces were asked for.
+class AskedFaces final : public vision::FaceDetector {
+ public:
+  std::vector<vision::Face> detect(const cv::Mat&, const cv::Rect&, double least, double most,
+                                   vision::FaceLook) override {
+    least_.push_back(least);
+    most_.push_back(most);
+    return {};
+  }
+  std::vector<double> least_, most_;
+};
+
+TEST(PictureSet, FacesAreSearchedInTheSizesThatAreSet) {
+  AskedFaces detector;
+  PictureSetOptions options;
+  options.least_face = 0.1;
+  options.most_face = 0.3;
+  const std::vector<cv::Mat> one = {cv::Mat::zeros(300, 500, CV_8UC3)};
+  ASSERT_TRUE(read_pictures(one, detector, options));
+  EXPECT_DOUBLE_EQ(detector.least_.front(), 30);
+  EXPECT_DOUBLE_EQ(detector.most_.front(), 90);
+  options.most_face = 0.1;
+  EXPECT_THROW((void)read_pictures(one, detector, options), Error);
+}
+
+recognition::SignCoverage coverage_of(const std::string& sign, double overlap, double seen) {
+  recognition::SignCoverage out;
+  out.overlap.fill(0.2);
+  const auto signs = body::semaphore_signs();
+  for (std::size_t k = 0; k < signs.size(); ++k) {
+    if (signs[k].name == sign) out.overlap[k] = overlap;
+  }
+  out.seen = seen;
+  return out;
+}
+
+TEST(PictureAnswer, IsTheSignThatCoversMostAndThatIsCertain) {
+  const auto answer = answer_of(coverage_of("K", 0.8, 1.8));
+  EXPECT_EQ(answer.sign, "K");
+  EXPECT_GT(answer.confidence, 0.99);
+  EXPECT_LT(answer_of(coverage_of("K", 0.5, 1.8)).confidence, 0.95);
+}
+
+TEST(PictureAnswer, ThatNothingIsShownIsAsCertainAsWhatDecidedIt) {
+  // However well a sign covers it: a speck is no arm.
+  const auto speck = answer_of(coverage_of("K", 0.9, 0.02));
+  EXPECT_FALSE(speck.sign);
+  EXPECT_GT(speck.confidence, 0.95);
+  EXPECT_EQ(speck.runner_up, "K");
+  EXPECT_NEAR(answer_of(coverage_of("K", 0.9, 0.2499)).confidence, 0.5, 0.01);
+  const auto unlike = answer_of(coverage_of("K", 0.3, 1.8));
+  EXPECT_FALSE(unlike.sign);
+  EXPECT_GT(unlike.confidence, 0.95);
+  EXPECT_EQ(answer_of({}).confidence, 1);
+}
+
+TEST(PictureAnswer, HangingArmsAreNoLetterAndNoRunnerUp) {
+  auto hanging = coverage_of("REST", 0.8, 1.8);
+  hanging.overlap[0] = 0.5;
+  const auto answer = answer_of(hanging);
+  EXPECT_FALSE(answer.sign);
+  EXPECT_GT(answer.confidence, 0.99) << "that it is no letter";
+  EXPECT_EQ(answer.runner_up, body::semaphore_signs()[0].name);
+}
+
+// What docs/semaphore.md publishes: nothing but the pictures is given, and nothing was tuned on these performers.
+TEST(PictureSet, TheWholeAlphabetIsReadWithTheFacesThatTheDetectorFinds) {
+  const auto detector = load_face_detector({});
+  std::size_t right = 0;
+  constexpr std::uint64_t kFirst = 51;
+  constexpr std::size_t kSignallers = 4;
+  for (std::uint64_t seed = kFirst; seed < kFirst + kSignallers; ++seed) {
+    const auto stills = signaller_stills(kAlphabet, seed);
+    const auto readings = read_pictures(pictures_of(stills), *detector, {}).value();
+    const auto letters = letters_of(readings);
+    const auto seen = std::count_if(readings.begin(), readings.end(), [](const auto& r) { return r.face_seen; });
+    std::printf("signaller %d: %s, face seen in %d\n", int(seed), letters.c_str(), int(seen));
+    for (std::size_t i = 0; i < stills.size(); ++i) {
+      right += readings[i].sign == stills[i].letter ? 1 : 0;
+      EXPECT_TRUE(!readings[i].sign || readings[i].sign == stills[i].letter) << "no letter is taken for another";
+    }
+  }
+  EXPECT_EQ(right, kSignallers * std::string_view(kAlphabet).size());
 }
 
 FacesOfView view(std::vector<vision::Face> faces, cv::Point arm) {

@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
@@ -57,7 +60,7 @@ TEST(SignCover, AFaceThatIsTakenForTooLargeOrTooSmallDoesNotMatter) {
 }
 
 TEST(SignCover, AMirroredPictureShowsTheSameSign) {
-  const SignCover signs(true);
+  const SignCover signs(SignCoverOptions{.mirrored = true});
   for (const auto* name : {"A", "K", "P", "Z"}) {
     cv::Mat mirror;
     cv::flip(forearms(body::semaphore(name).value()), mirror, 1);
@@ -75,6 +78,34 @@ TEST(SignCover, TwoBarsOnOneArmAreNotTwoArms) {
     const auto coverage = signs.cover(one, kFace, kWidth);
     EXPECT_LT(*std::max_element(coverage.overlap.begin(), coverage.overlap.end()), 0.85) << sign.name;
     EXPECT_EQ(best_of(signs.cover(one, kFace, kWidth, true)), sign.name);
+  }
+}
+
+TEST(SignCover, FlagsBeyondTheHandsAreCoveredWhereArmsAreSaidToReachSoFar) {
+  SignCoverOptions flags;
+  flags.reach = 6;
+  flags.typical_arm = 4;
+  const SignCover bare, with_flags(flags);
+  for (const auto* name : {"C", "H", "M", "R", "U", "Y"}) {
+    const auto sign = body::semaphore(name).value();
+    cv::Mat picture = cv::Mat::zeros(600, 600, CV_8UC1);
+    for (const auto& [side, position] : {std::pair(1.0, sign.left), {-1.0, sign.right}}) {
+      const double angle = position * std::numbers::pi / 4;
+      const cv::Point2d along(-std::sin(angle), std::cos(angle));
+      const cv::Point2d shoulder = kFace + cv::Point2d(side * 1.25, 1.17) * kWidth;
+      const cv::RotatedRect cloth(shoulder + along * (3.9 * kWidth), cv::Size2d(1.7 * kWidth, 1.7 * kWidth),
+                                  float(position * 45));
+      cv::Point2f corners[4];
+      cloth.points(corners);
+      const std::vector<cv::Point> outline(std::begin(corners), std::end(corners));
+      cv::fillConvexPoly(picture, outline, 255);
+    }
+    const auto coverage = with_flags.cover(picture, kFace, kWidth);
+    const auto most = *std::max_element(coverage.overlap.begin(), coverage.overlap.end());
+    EXPECT_EQ(best_of(coverage), name);
+    EXPECT_GT(most, 0.7) << name;
+    const auto by_arms = bare.cover(picture, kFace, kWidth);
+    EXPECT_LT(*std::max_element(by_arms.overlap.begin(), by_arms.overlap.end()), most) << name;
   }
 }
 

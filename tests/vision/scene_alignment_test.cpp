@@ -2,6 +2,7 @@
 #include "vision/scene_alignment.hpp"
 
 #include <cmath>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
@@ -100,8 +101,11 @@ TEST(SceneAlignment, ShiftScaleAndRotationAreFoundToAFractionOfAPixelBehindAPers
     auto picture = seen(all, kSize, c.scale, c.degrees, c.shift);
     put_person(reference, {250, 130}, -60);
     put_person(picture, {265, 128}, 20);
-    const auto found =
-        align_scene(with_noise(reference, 3, seed), with_noise(in_light(picture, c.gain, c.offset), 3, seed + 50));
+    reference = with_noise(reference, 3, seed);
+    picture = with_noise(in_light(picture, c.gain, c.offset), 3, seed + 50);
+    EXPECT_TRUE(SceneSketch(reference).may_share(SceneSketch(picture)))
+        << c.scale << " " << c.degrees << " " << c.shift;
+    const auto found = align_scene(reference, picture);
     ASSERT_TRUE(found.aligned) << c.scale << " " << c.degrees << " " << c.shift << " agreement " << found.agreement;
     EXPECT_LT(error_of(found, c.scale, c.degrees, c.shift), 1) << c.scale << " " << c.degrees << " " << c.shift;
   }
@@ -138,6 +142,24 @@ TEST(SceneAlignment, LargePicturesAreAlignedAsWell) {
   ASSERT_TRUE(found.aligned);
   EXPECT_NEAR(found.picture_from_reference(0, 2), 40, 0.5);
   EXPECT_NEAR(found.picture_from_reference(1, 2), -31, 0.5);
+}
+
+TEST(SceneSketch, LikensPicturesOfOneRoomAndFewOfOthers) {
+  std::vector<SceneSketch> rooms;
+  for (std::uint64_t seed = 0; seed < 30; ++seed) rooms.emplace_back(seen(room(200 + seed), kSize, 1, 0, {}));
+  int alike = 0;
+  for (std::size_t i = 0; i < rooms.size(); ++i) {
+    EXPECT_NEAR(rooms[i].likeness(rooms[i]), 1, 1e-5);
+    for (std::size_t k = 0; k < i; ++k) alike += rooms[i].may_share(rooms[k]) ? 1 : 0;
+  }
+  EXPECT_LT(alike, 435 / 20);
+}
+
+TEST(SceneSketch, WhatIsFlatOrOfOtherProportionsIsLikeNothing) {
+  const SceneSketch picture(seen(room(1), kSize, 1, 0, {}));
+  EXPECT_EQ(picture.likeness(SceneSketch(cv::Mat(kSize, CV_8UC3, cv::Scalar(90, 120, 150)))), 0);
+  EXPECT_EQ(picture.likeness(SceneSketch(seen(room(1), {450, 600}, 1, 0, {}))), 0);
+  EXPECT_EQ(SceneSketch(cv::Mat(1, 1, CV_8UC3, cv::Scalar::all(9))).likeness(picture), 0);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "vision/scene_alignment.hpp"
 #include "vision/scenes.hpp"
 
 namespace choreo::vision {
@@ -47,7 +48,7 @@ TEST(SharedWall, ShowsTheRoomAndEachPicturesArmAlthoughTheCameraAndTheLightChang
   for (int k = 0; k < 6; ++k) {
     pictures.push_back(shot(all, shifts[std::size_t(k)], k, 0.9 + 0.04 * k, 10 + std::uint64_t(k)));
   }
-  const auto scenes = shared_scenes(pictures);
+  const auto scenes = shared_scenes(pictures).value();
   ASSERT_EQ(scenes.size(), 1u);
   ASSERT_THAT(scenes[0].members, ElementsAre(0, 1, 2, 3, 4, 5));
   EXPECT_GE(scenes[0].canvas.width, kSize.width + 14) << "all of every picture is on the canvas";
@@ -74,18 +75,53 @@ TEST(SharedWall, ScenesAreToldApartAndStrangersAreInNone) {
   const std::vector<cv::Mat> pictures = {shot(one, {0, 0}, 0, 1, 1),    shot(other, {4, 2}, 1, 1, 2),
                                          shot(one, {5, 5}, 2, 1, 3),    shot(room(5), {0, 0}, 3, 1, 4),
                                          shot(other, {-3, 1}, 4, 1, 5), shot(one, {-6, 2}, 5, 1, 6)};
-  const auto scenes = shared_scenes(pictures);
+  const auto scenes = shared_scenes(pictures).value();
   ASSERT_EQ(scenes.size(), 2u);
   EXPECT_THAT(scenes[0].members, ElementsAre(0, 2, 5));
   EXPECT_THAT(scenes[1].members, ElementsAre(1, 4));
 }
 
 TEST(SharedWall, OnePictureOrNoneSharesNothing) {
-  EXPECT_THAT(shared_scenes({}), IsEmpty());
+  EXPECT_THAT(shared_scenes({}).value(), IsEmpty());
   const std::vector<cv::Mat> one = {shot(room(3), {}, 0, 1, 1)};
-  EXPECT_THAT(shared_scenes(one), IsEmpty());
+  EXPECT_THAT(shared_scenes(one).value(), IsEmpty());
   const std::vector<cv::Mat> sizes = {one.front(), one.front()(cv::Rect(0, 0, 200, 200)).clone()};
-  EXPECT_THAT(shared_scenes(sizes), IsEmpty());
+  EXPECT_THAT(shared_scenes(sizes).value(), IsEmpty());
+}
+
+// Every pair aligned would be 2000 alignments, a minute or two.
+TEST(SharedWall, ManyStrangersCostFewAlignments) {
+  std::vector<cv::Mat> pictures;
+  for (int k = 0; k < 64; ++k) pictures.push_back(shot(room(100 + std::uint64_t(k)), {}, k % 6, 1, std::uint64_t(k)));
+  std::size_t alike = 0;
+  std::vector<SceneSketch> sketches;
+  for (const auto& picture : pictures) {
+    for (const auto& other : sketches) alike += SceneSketch(picture).may_share(other) ? 1 : 0;
+    sketches.emplace_back(picture);
+  }
+  EXPECT_LT(alike, 2016 / 10U);
+  double share = 0;
+  EXPECT_THAT(shared_scenes(pictures, [&](double done) { share = done; }).value(), IsEmpty());
+  EXPECT_LT(share, 0.8) << "more than four alignments a picture";
+}
+
+TEST(SharedWall, GroupingTellsHowFarItIsAndStopsWhereItIsAskedTo) {
+  const auto all = room(3);
+  std::vector<cv::Mat> pictures;
+  for (int k = 0; k < 6; ++k) pictures.push_back(shot(all, {k, -k}, k, 1, std::uint64_t(k)));
+  double before = 0;
+  int reports = 0;
+  ASSERT_TRUE(shared_scenes(pictures, [&](double share) {
+    EXPECT_GE(share, before);
+    EXPECT_LE(share, 1);
+    before = share;
+    ++reports;
+  }));
+  EXPECT_GT(reports, 0);
+  EXPECT_GT(before, 0.4);
+  std::stop_source stop;
+  EXPECT_FALSE(shared_scenes(
+      pictures, [&](double) { stop.request_stop(); }, stop.get_token()));
 }
 
 }  // namespace
