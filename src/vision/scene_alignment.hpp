@@ -21,7 +21,7 @@ class SceneSketch {
 
   /// Whether aligning is worth its time. Of pictures that `align_scene` aligns, the likeness was 0.65 and more at its
   /// largest turns and scales; of unrelated rooms it is under 0.2 for most.
-  [[nodiscard]] bool may_share(const SceneSketch& other) const { return likeness(other) >= 0.3; }
+  [[nodiscard]] bool may_share(const SceneSketch& other) const { return likeness(other) >= 0.4; }
 
  private:
   cv::Mat detail_;  // CV_32FC1

@@ -21,7 +21,7 @@ namespace choreo::vision {
 namespace {
 
 constexpr std::size_t kTries = 4;           // Pictures that the others are laid on, to find one that most lie on.
-constexpr std::size_t kMostFruitless = 64;  // Pictures tried in a row on which no other lies.
+constexpr std::size_t kMostFruitless = 64;  // Pictures tried in a row to no end, where that cost alignments.
 constexpr std::size_t kFew = 32;            // Pictures of which every pair may be aligned.
 constexpr std::size_t kBlock = 32;          // Pictures aligned between two reports.
 constexpr double kMostMargin = 0.08;        // Of the picture's side, that the canvas reaches beyond the reference.
@@ -176,6 +176,7 @@ class Aligner {
   }
 
   [[nodiscard]] bool stopped() const { return stop_.stop_requested(); }
+  [[nodiscard]] std::size_t aligned() const { return aligned_; }  // So far, pairs.
 
  private:
   // A set of one scene takes two alignments a picture; of others nobody knows.
@@ -223,6 +224,7 @@ std::optional<std::vector<SharedScene>> shared_scenes(std::span<const cv::Mat> p
   std::size_t fruitless = 0;
   while (left.size() > 1 && fruitless < kMostFruitless) {
     Group best;
+    const auto aligned_before = aligner.aligned();
     std::vector<std::size_t> tried;
     const auto tries = std::min(kTries, left.size());
     for (std::size_t k = 0; k < tries && 2 * best.members.size() <= left.size(); ++k) {
@@ -233,7 +235,7 @@ std::optional<std::vector<SharedScene>> shared_scenes(std::span<const cv::Mat> p
     }
     if (best.members.size() < 2) {
       take_out(tried, left);
-      fruitless += tried.size();
+      fruitless += aligner.aligned() > aligned_before ? tried.size() : 0;
       continue;
     }
     fruitless = 0;

@@ -25,8 +25,8 @@ struct SharedScene {
 ///
 /// All are aligned with one that is typical (`align_scene`); what is left over is grouped again. Of more than 32
 /// pictures those that cannot be one scene by their sketches (`SceneSketch`) are not aligned. Pictures are tried four
-/// at a time as what others lie on, and after 64 in a row on which none does the rest are taken for strangers: a small
-/// group among many of them may be missed.
+/// at a time as what others lie on, and after 64 in a row that cost alignments and on which none does the rest are
+/// taken for strangers: a small group among many of them may be missed.
 /// @param pictures  CV_8UC3, of any sizes; only pictures of one size share a scene.
 /// @param progress  told what is done, 0 to 1, increasing; how much there is to do is guessed. May be empty.
 /// @return nothing where `stop` was requested, which is looked at before every alignment.
