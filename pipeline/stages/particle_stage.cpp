@@ -76,7 +76,7 @@ void ParticleStage::learn(const Observation& observation) {
 void ParticleStage::process(Observation& observation) {
   refuse_large(observation.picture.size());
   learn(observation);
-  if (learner_ && options_.tones.learn_skin && options_.tones.learn_s > 0) {
+  if (options_.tones.learn_skin && options_.tones.learn_s > 0) {
     observation.skin_learned = learner_->learned_s() / options_.tones.learn_s;
   }
   const auto& mask = observation.mask.mask;

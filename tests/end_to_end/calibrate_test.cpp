@@ -68,7 +68,7 @@ TEST_F(Calibrate, AStretchBecomesSettingsThatOtherCommandsTake) {
 }
 
 TEST_F(Calibrate, ASpanWithoutTheStretchIsNone) {
-  EXPECT_THAT(refused(kStretch, {"--span", "0:2.5"}), HasSubstr("too few"));
+  EXPECT_THAT(refused(kStretch, {"--span", "0:4"}), HasSubstr("too few"));
   // H: one arm aside, the other before the body; between letters both hang.
   EXPECT_THAT(refused("synthetic://semaphore?text=HH&fps=10&seed=5&skin=light&size=320x240"),
               HasSubstr("the arms were not stretched: half their distance came to 1."));

@@ -77,6 +77,17 @@ TEST(ParticleStage, LearnsTheClothesWhereTheSkinIsGivenToo) {
   EXPECT_GT(with, 0.005) << "the face is still skin";
 }
 
+TEST(ParticleStage, SaysHowFarTheSkinIsLearned) {
+  ParticleStage learning({}), given(skin_of_a_file());
+  for (int i = 0; i <= 30; ++i) {
+    auto seen = dressed_like_skin(i * 0.1);
+    learning.process(seen);
+    EXPECT_NEAR(seen.skin_learned, i / 30.0, 1e-6) << "three seconds of face";
+    given.process(seen = dressed_like_skin(i * 0.1));
+    EXPECT_EQ(seen.skin_learned, 1);
+  }
+}
+
 TEST(ParticleStage, RefusesBoundsOutOfTheirRange) {
   ParticleStageOptions options;
   EXPECT_EQ(complaint(options), "nothing was refused");
