@@ -82,10 +82,10 @@ void add_face(std::vector<Field>& fields) {
       "from 1 to 1000 frames", "Between two looks at a face that is followed."));
   fields.push_back(integer(
       "face.whole_frames", [](Options& o) -> int& { return o.face.search.whole_frames; }, 1, 100'000,
-      "from 1 to 100000 frames", "Between two steps of a search of the whole picture beside it."));
+      "from 1 to 100000 frames", "In which the whole picture is searched for a band of sizes beside it."));
   fields.push_back(integer(
       "face.lost_frames", [](Options& o) -> int& { return o.face.search.lost_frames; }, 1, 1000,
-      "from 1 to 1000 frames", "The same while nobody's face is known."));
+      "from 1 to 1000 frames", "Between two steps while nobody's face is known."));
   fields.push_back(integer(
       "face.rows", [](Options& o) -> int& { return o.face.rows; }, 60, 4320, "from 60 to 4320 rows",
       "Faces are searched in pictures of at most so many rows."));

@@ -12,8 +12,9 @@
 namespace choreo::vision {
 namespace {
 
-constexpr double kWidths = 1.15;  // A face is searched from its width over this to its width times this.
-constexpr double kBand = 1.7;     // Ratio of the sizes that one step covers.
+constexpr double kWidths = 1.15;     // A face is searched from its width over this to its width times this.
+constexpr double kBand = 1.7;        // Ratio of the sizes that one band covers.
+constexpr double kPartWindows = 40;  // Smallest faces, side by side, that a part holds at most.
 
 void require(bool good, const char* name, double value, const char* range) {
   if (!good) throw usage_error(fmt::format("{} is {}", name, value), {}, fmt::format("it is {}", range));
@@ -46,36 +47,41 @@ FaceQuery FaceSearch::near(const FaceCandidate& candidate, cv::Size size) const 
   return query;
 }
 
-std::optional<FaceQuery> FaceSearch::step(cv::Size size, const cv::Rect& body) {
+std::optional<FaceQuery> FaceSearch::step(cv::Size size, const cv::Rect& body, bool known) {
   auto whole = cv::Rect({0, 0}, size);
   if (!body.empty()) whole &= body;
   const double least = options_.least_share * size.height;
   const double most = std::min(options_.most_share * size.height, double(std::min(size.width, size.height)));
-  // From large to small; the small ones, which cost most, in two parts that overlap by more than a face.
   const int bands = std::max(1, static_cast<int>(std::ceil(std::log(most / least) / std::log(kBand))));
-  const bool halves = whole.width > 8 * least * kBand;
-  const auto steps = static_cast<std::size_t>(bands) + (halves ? 1 : 0);
-  if (step_ >= steps) {
-    step_ = 0;
-    ++round_;
+  if (band_ < 0 || band_ >= bands) {
+    band_ = bands - 1;
+    part_ = 0;
   }
-  const auto s = step_++;
-  const int band = std::max(0, bands - 1 - static_cast<int>(s));
   FaceQuery query;
   query.where = whole;
-  query.least_px = least * std::pow(kBand, band);
-  query.most_px = std::min(most, least * std::pow(kBand, band + 1));
-  if (halves && band == 0) {
-    const int share = static_cast<int>(std::ceil(whole.width / 2.0 + query.most_px));
-    const bool second = s + 1 == steps;
-    query.where.width = std::min(whole.width, share);
-    if (second) query.where.x = whole.x + whole.width - query.where.width;
-  }
+  query.least_px = least * std::pow(kBand, band_);
+  query.most_px = std::min(most, least * std::pow(kBand, band_ + 1));
   constexpr std::array kLooks = {FaceLook::kFront, FaceLook::kFront, FaceLook::kBrightened,
                                  FaceLook::kFront, FaceLook::kFront, FaceLook::kProfile};
   query.look = kLooks[round_ % kLooks.size()];
+  // While nobody is known, somebody is to be found soon. Afterwards no search is to take longer than a frame is idle.
+  const double windows = whole.area() / (query.least_px * query.least_px);
+  const int wanted = known ? static_cast<int>(std::ceil(windows / kPartWindows)) : band_ == 0 ? 2 : 1;
+  const bool across = whole.width > whole.height;
+  const int length = across ? whole.width : whole.height;
+  parts_ = std::clamp(wanted, 1, std::max(1, static_cast<int>(length / (2 * query.most_px))));
+  // Parts overlap by a face.
+  const int part = std::min(part_, parts_ - 1);
+  const int share = std::min(length, static_cast<int>(std::ceil((length + (parts_ - 1) * query.most_px) / parts_) + 1));
+  const int from = parts_ == 1 ? 0 : (length - share) * part / (parts_ - 1);
+  (across ? query.where.width : query.where.height) = share;
+  (across ? query.where.x : query.where.y) += from;
+  if (++part_ >= parts_) {
+    part_ = 0;
+    if (--band_ < 0) ++round_;
+  }
   // Where the body is narrower than such a face, it is nobody's.
-  if (std::min(query.where.width, query.where.height) < query.least_px) return std::nullopt;
+  if (std::min(whole.width, whole.height) < query.least_px) return std::nullopt;
   return query;
 }
 
@@ -101,12 +107,12 @@ std::optional<FaceQuery> FaceSearch::next(cv::Size size, const std::vector<FaceC
     if (known && (others.empty() || turn % every != every - 1)) return near(candidates.front(), size);
     if (!others.empty()) return near(others[(known ? turn / every : turn) % others.size()], size);
   }
-  if (due(last_step_, known ? options_.whole_frames : options_.lost_frames)) {
+  if (due(last_step_, known ? std::max(1, options_.whole_frames / parts_) : options_.lost_frames)) {
     last_step_ = frames_;
     // Steps for which the body is too small cost no turn.
     constexpr int kMostSteps = 16;
     for (int i = 0; i < kMostSteps; ++i) {
-      if (auto query = step(size, body)) return query;
+      if (auto query = step(size, body, known)) return query;
     }
   }
   return std::nullopt;

@@ -17,8 +17,8 @@ struct FaceSearchOptions {
   double least_share = 0.04;  ///< Narrowest face, cheek to cheek, of the picture's height, [0.01, 0.5].
   double most_share = 0.4;    ///< Widest, (least_share, 1].
   int near_frames = 5;        ///< Frames between two looks at a face that is followed, [1, 1000].
-  int whole_frames = 30;      ///< Frames between two steps of a search of the whole picture beside it, [1, 100000].
-  int lost_frames = 3;        ///< The same while nobody's face is known, [1, 1000].
+  int whole_frames = 30;      ///< Frames in which the whole is searched for a band of sizes beside it, [1, 100000].
+  int lost_frames = 3;        ///< Frames between two steps while nobody's face is known, [1, 1000].
 
   void validate() const;  ///< @throws Error (usage) naming the option, its value and its range.
 };
@@ -26,8 +26,9 @@ struct FaceSearchOptions {
 /// Decides for every frame whether to search, where and for what.
 ///
 /// Near a known face for faces of its width, in turns with near a face that does not count yet; over the whole picture
-/// in steps of about equal cost, each a part of the picture and a range of sizes, the large ones first. Rounds over the
-/// whole picture change the look: front, front, brightened, front, front, profile.
+/// in steps, each a part of the picture and a band of sizes, the large ones first; beside a known face the parts are
+/// small, so that a search ends before the next frame comes. Rounds over the whole picture change the look: front,
+/// front, brightened, front, front, profile.
 /// It counts frames and reads no clock.
 /// @thread thread-bound
 class FaceSearch {
@@ -35,7 +36,7 @@ class FaceSearch {
   explicit FaceSearch(const FaceSearchOptions& options);
 
   /// Called once for every frame. Nothing: no search is needed at this frame.
-  /// @param size  of the detection picture; asserted not to change while it is not empty.
+  /// @param size  of the detection picture, the same for every frame that has one.
   /// @param candidates  of FaceTracker.
   /// @param body  where the body is, as far as that is known; empty: unknown. Searches of the whole picture are then
   ///   of this part.
@@ -44,13 +45,14 @@ class FaceSearch {
 
  private:
   [[nodiscard]] FaceQuery near(const FaceCandidate& candidate, cv::Size size) const;
-  [[nodiscard]] std::optional<FaceQuery> step(cv::Size size, const cv::Rect& body);
+  [[nodiscard]] std::optional<FaceQuery> step(cv::Size size, const cv::Rect& body, bool known);
 
   FaceSearchOptions options_;
   std::uint64_t frames_ = 0;
   std::uint64_t near_count_ = 0;
   std::uint64_t last_near_ = 0, last_step_ = 0;  // Frame numbers, from 1.
-  std::size_t step_ = 0;
+  int band_ = -1, part_ = 0;                     // To be searched next; no band: a round begins.
+  int parts_ = 1;                                // Of the band that was searched last.
   std::uint64_t round_ = 0;
 };
 

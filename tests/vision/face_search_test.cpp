@@ -2,6 +2,7 @@
 #include "vision/face_search.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -34,16 +35,16 @@ TEST(FaceSearch, WhileAFaceIsFollowedMostFramesNeedNoSearch) {
   int near = 0, elsewhere = 0;
   const auto face = performer(300, 100, 40);
   for (int i = 0; i < 300; ++i) {
-    const auto query = search.next(kSize, {face});
+    const auto query = search.next(kSize, {face}, {220, 70, 160, 400});
     if (!query) continue;
-    const bool is_near = covers(*query, {280, 80, 40, 40}) && query->where.area() < 200 * 200;
+    const bool is_near = covers(*query, {280, 80, 40, 40}) && query->where.area() < 120 * 120;
     near += is_near ? 1 : 0;
     elsewhere += is_near ? 0 : 1;
   }
   EXPECT_GE(near, 50);
   EXPECT_LE(near, 60);
   EXPECT_GE(elsewhere, 8);
-  EXPECT_LE(elsewhere, 10);
+  EXPECT_LE(elsewhere, 30);
 }
 
 TEST(FaceSearch, ARoundOverThePictureMissesNoPlaceAndNoSize) {
@@ -56,6 +57,25 @@ TEST(FaceSearch, ARoundOverThePictureMissesNoPlaceAndNoSize) {
   for (int i = 0; i < 2000; ++i) {
     const double width = random.uniform(0.041 * 480, 0.39 * 480);
     const cv::Rect2d face(random.uniform(0.0, 640 - width), random.uniform(0.0, 480 - width), width, width);
+    EXPECT_TRUE(std::any_of(round.begin(), round.end(), [&](const auto& q) { return covers(q, face); })) << face;
+  }
+}
+
+// A search that lasts longer than a frame is idle would hold up the next one.
+TEST(FaceSearch, BesideAKnownFacePartsAreSmallAndMissNothing) {
+  FaceSearch search({});
+  const cv::Rect body(170, 20, 300, 440);
+  std::vector<FaceQuery> round;
+  for (int i = 0; i < 6 * 30; ++i) {
+    const auto query = search.next(kSize, {performer(300, 100, 40)}, body);
+    if (!query) continue;
+    round.push_back(*query);
+    EXPECT_LT(query->where.area() / std::pow(query->least_px, 2), 90) << query->where << ' ' << query->least_px;
+  }
+  cv::RNG random(5);
+  for (int i = 0; i < 2000; ++i) {
+    const double width = random.uniform(0.041 * 480, 0.39 * 480);
+    const cv::Rect2d face(170 + random.uniform(0.0, 300 - width), 20 + random.uniform(0.0, 440 - width), width, width);
     EXPECT_TRUE(std::any_of(round.begin(), round.end(), [&](const auto& q) { return covers(q, face); })) << face;
   }
 }
