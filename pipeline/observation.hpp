@@ -25,6 +25,7 @@ namespace choreo::pipeline {
 struct Signal {
   recognition::SignReading now;               ///< Of the last moment's states, held or not.
   std::optional<recognition::HeldSign> held;  ///< The sign that is being held, up to now.
+  std::vector<recognition::HeldSign> ended;   ///< Those that ended at this frame, in the order of their ends.
   std::string text;                           ///< The latest part of it, with what is held.
 };
 

@@ -2,6 +2,7 @@
 #include "pipeline/stages/semaphore_stage.hpp"
 
 #include <cstddef>
+#include <utility>
 
 namespace choreo::pipeline {
 namespace {
@@ -11,9 +12,9 @@ constexpr std::size_t kShownText = 256;  // An evening's text is not copied for 
 }  // namespace
 
 void SemaphoreStage::process(Observation& observation) {
-  const auto step = reader_.add(to_seconds(observation.time), observation.particles);
+  auto step = reader_.add(to_seconds(observation.time), observation.particles);
   take(step.ended);
-  observation.signal = Signal{step.now, step.held, speller_.text_with(step.held, kShownText)};
+  observation.signal = Signal{step.now, step.held, std::move(step.ended), speller_.text_with(step.held, kShownText)};
 }
 
 void SemaphoreStage::finish() { take(reader_.finish()); }

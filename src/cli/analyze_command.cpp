@@ -132,7 +132,8 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   stages.push_back(std::make_unique<pipeline::StateStage>(settings.motion_window_s));
   if (arms) chain->add_to(stages);
   std::unique_ptr<KeptStates> states;
-  if (arms && options.signals.particles()) {
+  summary.particles = arms && options.signals.particles();
+  if (summary.particles) {
     states = std::make_unique<KeptParticles>();
   } else {
     states = std::make_unique<KeptMasks>(prepared.kernel);
@@ -169,7 +170,7 @@ int analyze(const AnalyzeOptions& options, Session& session) {
                  prepared.source->warnings(), tally.warnings(settings)},
                 masks ? &*masks : nullptr, files, session, clock);
   tell_results(summary, files, console);
-  if (chain && chain->semaphore() != nullptr) fmt::print("{}\n", chain->semaphore()->text());
+  if (options.signals.reads()) tell_reading(*chain, tally, console);
   // Also where all frames were read before: whoever stops a batch wants the batch to stop.
   return stop.stop_requested() ? kInterrupted : kDone;
 }

@@ -126,6 +126,18 @@ void warn_of_limits(const body::ParticleCalibration& calibration, Console& conso
   }
 }
 
+// Arms that were raised a little pass for a performer of short arms.
+void warn_of_half_a_stretch(const body::ParticleCalibration& calibration, Console& console) {
+  constexpr double kFully = 0.8;
+  const auto far = calibration.reached().alpha_max;
+  const auto vitruvian = body::ParticleBounds{}.alpha_max;
+  if (far >= kFully * vitruvian) return;
+  console.warn(
+      fmt::format("half the distance of the arms came to {:.2f} face widths, that of the Vitruvian figure to "
+                  "{:.2f}: were both stretched to the sides?",
+                  far, vitruvian));
+}
+
 int calibrate(const CalibrateOptions& options, Session& session) {
   auto& console = session.console;
   const pipeline::SteadyClock clock;
@@ -176,6 +188,7 @@ int calibrate(const CalibrateOptions& options, Session& session) {
   files.commit();
   for (const auto& warning : prepared.source->warnings()) console.warn(warning);
   for (const auto& warning : reach.tally.warnings(settings)) console.warn(warning);
+  warn_of_half_a_stretch(reach.calibration, console);
   warn_of_limits(reach.calibration, console);
   for (const auto& [setting, member] : kLines) fmt::print("particles.{} = {:.4f}\n", setting, bounds.*member);
   fmt::print("{}: {}\n", path.string(), seen);

@@ -71,10 +71,11 @@ With --record TAKE.mkv everything that the source gives is recorded as it came
 with the same settings gives the same results to the last bit.
 
 The history takes 5 MB a minute at 30 frames a second and 120 rows of 160; of
-particles 0.1 MB.
+particles less than 1 MB.
 
 With --recognise semaphore the letter that is shown stands over the picture, and
-the text below it. Look at the camera for three seconds first, with bare
+the text below it; without a window every letter is a line on standard output
+as soon as it ends. Look at the camera for three seconds first, with bare
 forearms: the colour of the skin is learned from the face.
 
 Examples:
@@ -265,6 +266,7 @@ int live(const LiveOptions& options, Session& session) {
     prepared.settings_changed();
   }
   const bool particles = arms && options.signals.particles();
+  summary.particles = particles;
   const auto capacity = ring_capacity(length, summary.source.nominal_fps / double(summary.every));
   require_memory(options, capacity * LiveHistory::bytes_per_row(particles, summary.working_size, prepared.kernel));
   if (files) {
@@ -313,9 +315,14 @@ int live(const LiveOptions& options, Session& session) {
         prepared.news.show_with([&window](std::vector<std::string> lines) { window->tell(std::move(lines)); });
   }
   FigureLines figures(monitor);
+  std::size_t told = 0;
   const auto show = [&](const pipeline::Observation& o) {
     if (take) take->processed(o.frame->sequence);
     if (arms) tally.add(o);
+    if (options.headless && o.signal) {
+      tell_signs(o.signal->ended);
+      told += o.signal->ended.size();
+    }
     if (!window) return;
     constexpr int kShownRows = 480;  // More pixels than the video's corner of the page has.
     auto picture = pipeline::at_working_size(o.frame->bgr, pipeline::working_size(o.frame->bgr.size(), kShownRows));
@@ -369,6 +376,7 @@ int live(const LiveOptions& options, Session& session) {
   if (chain) {
     chain->finish();
     tally.searched(chain->face().asked(), chain->face().late());
+    if (options.headless && options.signals.reads()) tell_signs(std::span(chain->semaphore()->signs()).subspan(told));
   }
 
   if (summary.run.frames > 0) {
@@ -396,7 +404,7 @@ int live(const LiveOptions& options, Session& session) {
     write_results(summary, config, *comparer, std::move(results), nullptr, *files, session, clock);
     tell_results(summary, *files, console);
   }
-  if (chain && chain->semaphore() != nullptr) fmt::print("{}\n", chain->semaphore()->text());
+  if (options.signals.reads()) tell_reading(*chain, tally, console);
   if (summary.run.problem) std::rethrow_exception(summary.run.problem);
   if (ring.size() == 0 && !ended.stop_requested()) {
     throw usage_error(

@@ -80,6 +80,7 @@ outputs::PlotOptions plot_options(const Summary& s, const config::PlotSettings& 
   options.width_px = settings.width_px;
   if (settings.contrast == "auto") options.range.reset();
   options.dark = settings.page == "dark";
+  if (s.particles) options.gap = "no face or arms";
   // Where a recording lies is nobody's business who reads the paper.
   options.title = std::filesystem::path(s.source.name.substr(0, s.source.name.find('?'))).filename().string();
   if (options.title.empty() || s.source.name.find("://") != std::string::npos) options.title = s.source.name;

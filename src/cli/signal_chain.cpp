@@ -2,6 +2,7 @@
 #include "cli/signal_chain.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <utility>
 
 #include <fmt/format.h>
@@ -58,8 +59,20 @@ void SignalTally::add(const pipeline::Observation& o) {
   several_faces_ += o.faces > 1 ? 1 : 0;
   if (!o.mask.body) return;
   ++bodies_;
+  if (!body_s_) body_s_ = to_seconds(o.time);
+  const auto found = o.arms.found;
+  if (!arms_s_ && found != vision::ArmCase::kNoFace && found != vision::ArmCase::kNoArm) arms_s_ = to_seconds(o.time);
   some_tone_ += o.tone_share > kSomeTone ? 1 : 0;
   all_tone_ += o.tone_share > kMostlyTone ? 1 : 0;
+}
+
+std::optional<std::string> SignalTally::late_start() const {
+  constexpr double kAtOnce_s = 1;
+  if (!arms_s_ || *arms_s_ - *body_s_ < kAtOnce_s) return std::nullopt;
+  return fmt::format(
+      "signs are read from {:.1f} s on: somebody was there from {:.1f} s, and the face was still to be found, the skin "
+      "to be learned",
+      *arms_s_, *body_s_);
 }
 
 std::vector<std::string> SignalTally::warnings(const config::Options& settings) const {
@@ -155,6 +168,21 @@ outputs::SignalOverlay overlay_of(const pipeline::Observation& o, cv::Size pictu
         fmt::format("{} {:.2f}, then {}", *o.signal->now.sign, o.signal->now.confidence, o.signal->now.runner_up);
   }
   return overlay;
+}
+
+void tell_signs(std::span<const recognition::HeldSign> signs) {
+  for (const auto& sign : signs) {
+    if (sign.sign == "REST") continue;
+    fmt::print("{:.3f} to {:.3f} s: {} ({:.2f})\n", sign.from, sign.to, sign.sign, sign.confidence);
+    std::fflush(stdout);  // Whoever reads along through a pipe waits for it.
+  }
+}
+
+void tell_reading(const SignalChain& chain, const SignalTally& tally, Console& console) {
+  if (const auto late = tally.late_start()) console.say(*late);
+  const auto* semaphore = chain.semaphore();
+  if (semaphore->text().empty()) console.say("no letter was read");
+  fmt::print("{}\n", semaphore->text());
 }
 
 std::string letters_json(const SignalChain& chain) {

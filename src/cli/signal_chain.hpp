@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -53,6 +55,8 @@ class SignalTally {
 
   [[nodiscard]] std::uint64_t two_arms() const { return cases_[std::size_t(vision::ArmCase::kTwoArms)]; }
   [[nodiscard]] std::uint64_t frames() const { return frames_; }
+  /// Where somebody was there for a second and more before the arms were known: that no sign before was read.
+  [[nodiscard]] std::optional<std::string> late_start() const;
   /// One line for each thing that is not as it should be.
   [[nodiscard]] std::vector<std::string> warnings(const config::Options& settings) const;
 
@@ -65,6 +69,7 @@ class SignalTally {
   std::uint64_t all_tone_ = 0;   // Frames most of whose body has the arms' tone,
   std::uint64_t some_tone_ = 0;  // and with any of it at all.
   std::array<std::uint64_t, 5> cases_{};
+  std::optional<double> body_s_, arms_s_;  // When there first was a body, an arm.
 };
 
 /// The stages behind the mask: face, arms and, where signs are read, letters.
@@ -92,6 +97,12 @@ class SignalChain {
 
 /// Face, arms, letter and text over a picture of that size.
 [[nodiscard]] outputs::SignalOverlay overlay_of(const pipeline::Observation& observation, cv::Size picture);
+
+/// Prints signs that are over on standard output at once, a line each; REST is none to be told.
+void tell_signs(std::span<const recognition::HeldSign> signs);
+
+/// After the run: prints the text on standard output, and says where reading began late or no letter was read.
+void tell_reading(const SignalChain& chain, const SignalTally& tally, Console& console);
 
 /// What was read, as letters.json; nothing but an empty text where nothing could be looked at.
 [[nodiscard]] std::string letters_json(const SignalChain& chain);

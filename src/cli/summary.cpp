@@ -76,6 +76,7 @@ std::string to_json(const Summary& s, const config::Config& config) {
                      {"noise_mm_at_2_m", rounded(4e6 * s.depth->noise_per_mm, 3)}};
   }
   json["sudden_changes_s"] = s.sudden_changes_s;
+  json["state"] = s.particles ? "particles" : "mask";
   json["compared_canvas"] = json_of(s.canvas);
   if (s.live) {
     json["live"] = {{"pace", s.live->pace},

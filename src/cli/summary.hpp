@@ -41,7 +41,8 @@ struct Summary {
   std::size_t background_pictures = 0;
   double inferred = 0;  ///< Share of the body's pixels, over all frames, that an inferred wall decided; 0 to 1.
   std::vector<double> sudden_changes_s;
-  cv::Size canvas;
+  bool particles = false;  ///< Whether states are particles, not silhouettes.
+  cv::Size canvas;         ///< On which silhouettes were compared.
   std::vector<std::string> warnings;
   bool interrupted = false;
   std::vector<std::string> files;

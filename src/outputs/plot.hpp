@@ -27,6 +27,7 @@ struct PlotOptions {
   bool dark = false;                               ///< A dark page for a projector, else a white one for print.
   std::string title;                               ///< Such as the name of the source; may be empty.
   std::string subtitle;                            ///< Such as the settings; may be empty.
+  std::string gap = "no body";                     ///< What the key calls times without a state.
 
   /// Error (usage) where a value is out of its range.
   void validate() const;

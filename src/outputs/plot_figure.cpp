@@ -250,7 +250,7 @@ void Figure::draw_thumbnails(Canvas& canvas, const std::vector<Obstacle>& obstac
 double Figure::key_width() const {
   const double plate = options_.channels == PlotChannels::kBoth ? kKeySide + 2.6 : 11.0;
   const bool beside = gaps_ && options_.channels == PlotChannels::kBoth;
-  return plate * em_ + (beside ? kKeyNumbers * em_ + meter_.width("no body", kSmall * em_) : 0.0);
+  return plate * em_ + (beside ? kKeyNumbers * em_ + meter_.width(options_.gap, kSmall * em_) : 0.0);
 }
 
 void Figure::draw_key(Canvas& canvas) const {
@@ -289,9 +289,9 @@ void Figure::draw_square_key(Canvas& canvas, double right, double top) const {
   if (!gaps_) return;
   const double swatch = std::round(0.9 * em_);
   const double text_x = x - kKeyNumbers * em_;
-  const double swatch_x = std::round(text_x - meter_.width("no body", kSmall * em_) - 0.45 * em_ - swatch);
+  const double swatch_x = std::round(text_x - meter_.width(options_.gap, kSmall * em_) - 0.45 * em_ - swatch);
   canvas.fill({swatch_x, y + side - swatch, swatch, swatch}, inks_.gap);
-  put({text_x, y + side - 0.12 * em_}, "no body", Anchor::kEnd, false);
+  put({text_x, y + side - 0.12 * em_}, options_.gap, Anchor::kEnd, false);
 }
 
 void Figure::draw_grey_key(Canvas& canvas, double right, double top) const {
@@ -311,9 +311,9 @@ void Figure::draw_grey_key(Canvas& canvas, double right, double top) const {
               {.size = em_, .color = inks_.text, .anchor = Anchor::kMiddle, .bold = true});
   if (!gaps_) return;
   const double swatch = std::round(0.9 * em_);
-  const double text_x = right - meter_.width("no body", kSmall * em_);
+  const double text_x = right - meter_.width(options_.gap, kSmall * em_);
   canvas.fill({std::round(text_x - 0.45 * em_ - swatch), under + 0.9 * em_, swatch, swatch}, inks_.gap);
-  canvas.text({right, under + 0.9 * em_ + swatch - 0.12 * em_}, "no body",
+  canvas.text({right, under + 0.9 * em_ + swatch - 0.12 * em_}, options_.gap,
               {.size = number.size, .color = number.color, .anchor = Anchor::kEnd});
 }
 

@@ -14,6 +14,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class Calibrate : public ::testing::Test {
  protected:
@@ -52,6 +53,7 @@ TEST_F(Calibrate, AStretchBecomesSettingsThatOtherCommandsTake) {
   const auto run = calibrate(kStretch);
   ASSERT_EQ(run.status, 0) << run.told();
   EXPECT_EQ(files_in(folder_.path()), std::set<std::string>{"bounds.toml"});
+  EXPECT_THAT(run.err_lines("choreoscope: warning: "), Not(Contains(HasSubstr("stretched"))));
   const body::ParticleBounds vitruvian;
   // The performer's proportions are a man's or woman's, not quite Vitruvius'.
   EXPECT_NEAR(said(run.out, "particles.alpha_max"), vitruvian.alpha_max, 0.2 * vitruvian.alpha_max);
@@ -73,6 +75,13 @@ TEST_F(Calibrate, ASpanWithoutTheStretchIsNone) {
   EXPECT_THAT(refused("synthetic://semaphore?text=HH&fps=10&seed=5&skin=light&size=320x240"),
               HasSubstr("the arms were not stretched: half their distance came to 1."));
   EXPECT_THAT(refused(kStretch, {"--span", "500:600"}), HasSubstr("no frame"));
+}
+
+// A: one arm hangs, the other slants a little.
+TEST_F(Calibrate, HalfAStretchIsWarnedOf) {
+  const auto run = calibrate("synthetic://semaphore?text=AA&fps=10&seed=5&skin=light&size=320x240");
+  ASSERT_EQ(run.status, 0) << run.told();
+  EXPECT_THAT(run.err_lines("choreoscope: warning: "), Contains(HasSubstr("were both stretched to the sides?")));
 }
 
 TEST_F(Calibrate, WhatShowsNoPerformerIsRefused) {

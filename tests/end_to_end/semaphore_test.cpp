@@ -14,9 +14,11 @@ namespace {
 using ::testing::AllOf;
 using ::testing::AnyOf;
 using ::testing::Contains;
+using ::testing::ContainsRegex;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsSupersetOf;
+using ::testing::Not;
 
 class Semaphore : public RefusalTest {
  protected:
@@ -79,6 +81,7 @@ TEST_F(Semaphore, ParticlesAreComparedWrittenAndTheSameLive) {
   const auto last = results.n - 1;
   EXPECT_EQ(results.Z(last, last), 1);
   EXPECT_GT(results.Zstar(last, last), 0.98) << "REST is its own mirror image";
+  EXPECT_EQ(json_of(out() + "/summary.json")["state"], "particles");
   std::ifstream csv(out() + "/particles.csv");
   std::string line;
   std::size_t rows = 0;
@@ -105,6 +108,20 @@ TEST_F(Semaphore, LiveSpellsAndWritesTheLetters) {
   ASSERT_EQ(run.status, 0) << run.told();
   EXPECT_TRUE(run.out.ends_with("\nRU\n")) << run.told();
   EXPECT_EQ(json_of(out() + "/letters.json")["text"], "RU");
+  // Without a window every letter has its line, while the run goes on.
+  EXPECT_THAT(run.err, AllOf(Not(HasSubstr("signs are read from ")), Not(HasSubstr("no letter was read"))));
+  EXPECT_THAT(run.out, ContainsRegex("s: R .*\n.*s: U .*\n(.*\n)*RU\n"));
+}
+
+// The face comes into sight late: no sign before was read, which is said; and where none was at all, too.
+TEST_F(Semaphore, WhenReadingBeganAndThatNothingWasReadIsSaid) {
+  const auto said = [&](const std::string& source, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> arguments{"--recognise", "semaphore"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return analyze(source, out(), arguments).err;
+  };
+  EXPECT_THAT(said(kSays, {"--set", "face.lost_frames=20"}), HasSubstr("signs are read from "));
+  EXPECT_THAT(said(kSays, {"--span", "0:1.5"}), HasSubstr("no letter was read"));
 }
 
 TEST_F(Semaphore, ASetOfPicturesHasALetterEach) {

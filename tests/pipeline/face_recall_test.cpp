@@ -255,7 +255,7 @@ TEST_P(RealVideo, HardlyEverShowsAFaceWhereThereIsNone) {
 INSTANTIATE_TEST_SUITE_P(Clips, RealVideo,
                          ::testing::Values(Clip{"intel_one-by-one-person-detection.mp4", 2},
                                            Clip{"pose2sim_single_cam01.mp4", 1}, Clip{"pose2sim_single_cam02.mp4", 1}),
-                         [](const auto& info) { return "number" + std::to_string(info.index); });
+                         [](const auto& clip) { return "number" + std::to_string(clip.index); });
 
 }  // namespace
 }  // namespace choreo::pipeline
