@@ -38,7 +38,9 @@ class Semaphore : public RefusalTest {
   }
 
   // Sets of 26 pictures are read elsewhere: three show how.
-  void film_pictures(const std::string& letters) {
+  // @param numbered  they are called as cameras call them: DSC_0101.png, DSC_0102.png, ...
+  void film_pictures(const std::string& letters, bool numbered = false) {
+    int number = 101;
     for (const char letter : letters) {
       devices::synthetic::PerformerSettings settings;
       settings.text = std::string(1, letter);
@@ -47,7 +49,9 @@ class Semaphore : public RefusalTest {
       settings.skin = "light";
       const devices::synthetic::Performer performer("semaphore", settings);
       const auto held = performer.first_frame() + int(2.2 * settings.fps);
-      cv::imwrite(folder_ / "pictures" + "/" + letter + "_.png", performer.perform(held).bgr);
+      const auto name = numbered ? "DSC_0" + std::to_string(number++) : std::string(1, letter) + "_";
+      cv::imwrite(folder_ / "pictures" + "/" + name + ".png", performer.perform(held).bgr);
+      if (!numbered) cv::imwrite(folder_ / "wall.png", performer.perform(0).bgr);
     }
   }
 };
@@ -117,6 +121,39 @@ TEST_F(Semaphore, ASetOfPicturesHasALetterEach) {
     read.push_back(picture["file"].get<std::string>() + picture["letter"].dump());
   EXPECT_THAT(read, ElementsAre("N_.png\"N\"", "R_.png\"R\"", "U_.png\"U\""));
   EXPECT_THAT(files_in(out()), IsSupersetOf({"letters.json", "pictures.png"}));
+}
+
+TEST_F(Semaphore, NumberedPhotographsOfWhichNothingIsReadAreToldHowToBeASet) {
+  std::filesystem::create_directory(folder_ / "pictures");
+  film_pictures("RUN", true);
+  const auto film = analyze(folder_ / "pictures", out(), {"--recognise", "semaphore"});
+  EXPECT_THAT(film.err_lines("choreoscope: warning: "),
+              Contains(AllOf(HasSubstr("no letter was read"), HasSubstr("append ?stills=1"))));
+  EXPECT_NE(json_of(out() + "/summary.json")["warnings"].dump().find("?stills=1"), std::string::npos);
+  const auto slow = analyze(folder_ / "pictures" + "?fps=2", out(), {"--recognise", "semaphore"});
+  EXPECT_THAT(slow.err_lines("choreoscope: warning: "), Contains(HasSubstr("append &stills=1")));
+  for (const auto* said : {"?stills=1", "?stills=0"}) {
+    const auto run = analyze(folder_ / "pictures" + said, out(), {"--recognise", "semaphore"});
+    EXPECT_EQ(run.err.find("append"), std::string::npos) << said << run.err;
+  }
+  EXPECT_EQ(analyze(folder_ / "pictures", out()).err.find("stills"), std::string::npos) << "nothing is to be read";
+}
+
+TEST_F(Semaphore, OnePictureIsNoFilmAndIsToldWhereItIsRead) {
+  std::filesystem::create_directory(folder_ / "pictures");
+  film_pictures("R");
+  const auto picture = folder_ / "pictures" + "/R_.png";
+  for (const auto& source : {picture, folder_ / "pictures"}) {
+    const auto run = analyze(source, out());
+    EXPECT_THAT(run.err_lines("choreoscope: warning: "),
+                Contains(AllOf(HasSubstr("only one frame"), HasSubstr("analyze DIR --recognise semaphore"))))
+        << source;
+  }
+  const auto run = choreoscope({"calibrate", picture, "-o", folder_ / "bounds.toml"});
+  EXPECT_THAT(complaint_of(run, 2), HasSubstr("one picture"));
+  EXPECT_THAT(hint_of(run), HasSubstr("analyze DIR --recognise semaphore"));
+  const auto film = analyze(kQuick, out(), {"--span", "1f:1f"});
+  EXPECT_THAT(film.err_lines("choreoscope: warning: "), Contains(::testing::EndsWith("nothing to compare it with")));
 }
 
 TEST_F(Semaphore, ASetAndASequenceInOneFolderLeaveNothingOfEachOther) {
