@@ -139,6 +139,29 @@ TEST_F(Semaphore, NumberedPhotographsOfWhichNothingIsReadAreToldHowToBeASet) {
   EXPECT_EQ(analyze(folder_ / "pictures", out()).err.find("stills"), std::string::npos) << "nothing is to be read";
 }
 
+TEST_F(Semaphore, APictureWithoutALetterSaysWhy) {
+  std::filesystem::create_directory(folder_ / "pictures");
+  film_pictures("RUN");
+  std::filesystem::copy_file(folder_ / "wall.png", folder_ / "pictures" + "/wall.png");
+  const auto run = analyze(folder_ / "pictures", out(), {"--recognise", "semaphore"});
+  EXPECT_TRUE(
+      run.out.starts_with("3 of 4 pictures show a sign: N R U -\n"
+                          "wall.png: no letter, neither face nor arms (confidence "))
+      << run.out;
+  const auto wall = json_of(out() + "/letters.json")["pictures"][3];
+  EXPECT_TRUE(wall["letter"].is_null());
+  EXPECT_GT(wall["confidence"].get<double>(), 0.9) << "the others show where arms would be: there are none";
+
+  const auto alone = folder_ / "alone";
+  std::filesystem::create_directory(alone);
+  std::filesystem::copy_file(folder_ / "wall.png", alone + "/wall.png");
+  const auto nobody = analyze(alone, out(), {"--recognise", "semaphore"});
+  EXPECT_TRUE(
+      nobody.out.starts_with("0 of 1 picture shows a sign: -\n"
+                             "wall.png: no letter, no face (confidence 0.000)\n"))
+      << nobody.out;
+}
+
 TEST_F(Semaphore, OnePictureIsNoFilmAndIsToldWhereItIsRead) {
   std::filesystem::create_directory(folder_ / "pictures");
   film_pictures("R");
