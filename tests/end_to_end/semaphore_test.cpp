@@ -179,6 +179,17 @@ TEST_F(Semaphore, OnePictureIsNoFilmAndIsToldWhereItIsRead) {
   EXPECT_THAT(film.err_lines("choreoscope: warning: "), Contains(::testing::EndsWith("nothing to compare it with")));
 }
 
+TEST_F(Semaphore, FlagsWithoutTheirToneAreToldWhereItComesFrom) {
+  const auto run = choreoscope({"analyze", kSays, "--out", out(), "--recognise", "semaphore", "--config", "flags"});
+  EXPECT_THAT(complaint_of(run, 2), AllOf(HasSubstr("tones.arms"), HasSubstr("\"flag\"")));
+  EXPECT_THAT(hint_of(run), AllOf(HasSubstr("choreoscope tones train"), HasSubstr("--name flag"),
+                                  HasSubstr("--set tones.file=FILE")));
+  const auto mistyped =
+      choreoscope({"analyze", kSays, "--out", out(), "--recognise", "semaphore", "--set", "tones.arms=[\"skni\"]"});
+  EXPECT_THAT(complaint_of(mistyped, 2), HasSubstr("skni"));
+  EXPECT_EQ(hint_of(mistyped), "did you mean \"skin\"?");
+}
+
 TEST_F(Semaphore, ASetAndASequenceInOneFolderLeaveNothingOfEachOther) {
   std::filesystem::create_directory(folder_ / "pictures");
   film_pictures("RU");
