@@ -175,6 +175,9 @@ TEST_F(Semaphore, OnePictureIsNoFilmAndIsToldWhereItIsRead) {
   const auto run = choreoscope({"calibrate", picture, "-o", folder_ / "bounds.toml"});
   EXPECT_THAT(complaint_of(run, 2), HasSubstr("one picture"));
   EXPECT_THAT(hint_of(run), HasSubstr("analyze DIR --recognise semaphore"));
+  const auto live = choreoscope({"live", picture, "--headless"});
+  EXPECT_EQ(live.status, 0) << live.told();
+  EXPECT_THAT(live.err, AllOf(HasSubstr("\n1 frame in "), HasSubstr("analyze DIR --recognise semaphore")));
   const auto film = analyze(kQuick, out(), {"--span", "1f:1f"});
   EXPECT_THAT(film.err_lines("choreoscope: warning: "), Contains(::testing::EndsWith("nothing to compare it with")));
 }
