@@ -25,6 +25,9 @@ struct SourceInfo {
   bool foreseeable = true;
   /// A set of pictures without an order in time, each a frame of its own size; `size` is the first's.
   bool stills = false;
+  /// Pictures in files of their own, taken for the frames of a video for no other reason than that their names
+  /// count on.
+  bool numbered_pictures = false;
   bool depth = false;            ///< Its frames have Frame::depth, all but a few.
   Orientation raw_orientation;   ///< What was done to Frame::raw_colour and raw_depth to hang them upright.
   bool registers_depth = false;  ///< Frame::depth is Frame::raw_depth brought onto the colour (media/kinect_depth.hpp).

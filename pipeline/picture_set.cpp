@@ -327,13 +327,17 @@ class SetReader {
     reading.face = moved(view.picture_from_canvas, *view.whose.face);
     auto& box = reading.face->box;
     box = {box.x * to_given, box.y * to_given, box.width * to_given, box.height * to_given};
-    if (view.evidence.empty()) return;
+    if (view.evidence.empty()) {
+      reading.why = NoSign::kNoTone;
+      return;
+    }
     cv::warpAffine(view.evidence, reading.evidence, inverse(view.picture_from_canvas), small_[view.picture].size(),
                    cv::INTER_NEAREST | cv::WARP_INVERSE_MAP, cv::BORDER_CONSTANT);
     const auto answer = answer_of(coverage);
     reading.sign = answer.sign;
     reading.confidence = answer.confidence;
     reading.runner_up = answer.runner_up;
+    reading.why = answer.why;
     reading.overlap = *std::max_element(coverage.overlap.begin(), coverage.overlap.end());
     if (reading.overlap <= 0) return;
     const auto nearest =
@@ -367,6 +371,7 @@ PictureAnswer answer_of(const recognition::SignCoverage& coverage) {
   PictureAnswer answer;
   if (top <= 0) {
     answer.confidence = 1;
+    answer.why = NoSign::kNoArms;
     return answer;
   }
   const auto likelihood = [&](double value) { return std::exp((value - top) / kOverlapSpread); };
@@ -392,6 +397,9 @@ PictureAnswer answer_of(const recognition::SignCoverage& coverage) {
   } else {
     answer.runner_up = signs[best].name;
     answer.confidence = 1 - enough * letters / (letters + none);
+    answer.why = coverage.seen < kLeastSeen ? NoSign::kNoArms
+                 : top < kLeastOverlap      ? NoSign::kUnlikeAny
+                                            : NoSign::kArmsHang;
   }
   return answer;
 }

@@ -41,12 +41,22 @@ struct PictureSetOptions {
 /// A picture as it is looked at: no side longer than `longest_side`. The same picture where it is small enough.
 [[nodiscard]] cv::Mat reduced_picture(const cv::Mat& picture, int longest_side);
 
+/// Why a picture shows no sign.
+enum class NoSign {
+  kNoFace,     ///< Nobody's face is known, not from the others of its scene either: nothing can be told.
+  kNoTone,     ///< No tone of arms is known: nothing can be told.
+  kNoArms,     ///< Hardly anything is seen of arms where they could be.
+  kArmsHang,   ///< REST.
+  kUnlikeAny,  ///< What is seen of arms is covered by no sign well enough.
+};
+
 /// What one picture shows.
 struct PictureAnswer {
   /// Of body::semaphore_signs() without REST, which is no letter; nothing where none is shown for certain.
   std::optional<std::string_view> sign;
   double confidence = 0;       ///< That the answer is right, be it a sign or none, 0 to 1.
   std::string_view runner_up;  ///< The next sign but REST; where none is shown the nearest. Empty where no arm is seen.
+  std::optional<NoSign> why;   ///< Why there is no sign; nothing where there is one.
 };
 
 /// The sign that covers most, where it covers enough (0.45) of what is enough of an arm (0.25).
@@ -57,9 +67,10 @@ struct PictureAnswer {
 
 /// What one picture shows, and what it was read from. Lengths in px of the picture as it was given.
 struct PictureReading {
-  std::optional<std::string_view> sign;  ///< As of PictureAnswer, as are the next two.
+  std::optional<std::string_view> sign;  ///< As of PictureAnswer, as are the next three.
   double confidence = 0;                 ///< 0 where no face is found or no tone is known: nothing is told then.
   std::string_view runner_up;
+  std::optional<NoSign> why = NoSign::kNoFace;
   std::optional<vision::Face> face;  ///< The signaller's; nothing where none is found.
   bool face_seen = false;            ///< In this picture itself; else it is taken from the others.
   int faces = 0;                     ///< That were found, posters and false hits among them.

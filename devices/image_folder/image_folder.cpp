@@ -13,6 +13,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "devices/image_folder/numbered_names.hpp"
 #include "devices/image_folder/picture_check.hpp"
 
@@ -76,8 +77,14 @@ OrderedNames in_order(std::vector<std::string> names, const std::string& folder,
   if (may_be_set && names.size() == 1) return {std::move(names), true};  // One picture alone moves nowhere.
   try {
     return {in_number_order(names, folder), false};
-  } catch (const Error&) {
-    if (!may_be_set) throw;
+  } catch (const Error& error) {
+    if (!may_be_set && stills) throw;
+    if (!may_be_set) {
+      throw usage_error(error.what(), {},
+                        fmt::format("{}; the letters of a set of pictures are read by choreoscope analyze DIR "
+                                    "--recognise semaphore",
+                                    error.hint()));
+    }
   }
   return {in_name_order(std::move(names)), true};
 }
@@ -89,14 +96,17 @@ class ImageFolder final : public Source {
     auto ordered = in_order(picture_names(folder_), folder_, stills, sets_allowed);
     names_ = std::move(ordered.names);
     info_.stills = ordered.stills;
+    info_.numbered_pictures = !ordered.stills && !stills;
     if (names_.empty()) {
       throw usage_error(fmt::format("folder \"{}\" holds no pictures", folder_), {}, kWhatIsAFolder);
     }
     // Only decoding tells the size.
     find_next();
     if (waiting_.empty()) {
-      throw usage_error(fmt::format("folder \"{}\": none of its {} pictures can be read", folder_, names_.size()), {},
-                        fmt::format("the first is \"{}\"", names_.front()));
+      throw usage_error(names_.size() == 1
+                            ? fmt::format("folder \"{}\": its one picture cannot be read", folder_)
+                            : fmt::format("folder \"{}\": none of its {} pictures can be read", folder_, names_.size()),
+                        {}, fmt::format("the first is \"{}\"", names_.front()));
     }
     info_.name = uri.text;
     info_.size = waiting_.size();
@@ -132,8 +142,9 @@ class ImageFolder final : public Source {
 
   std::vector<std::string> warnings() const override {
     if (unreadable_ == 0) return {};
-    return {fmt::format("folder \"{}\": {} of {} pictures could not be read and {} left out, the first \"{}\"", folder_,
-                        unreadable_, names_.size(), unreadable_ == 1 ? "was" : "were", first_unreadable_)};
+    return {fmt::format("folder \"{}\": {} of {} could not be read and {} left out, the first \"{}\"", folder_,
+                        unreadable_, counted(names_.size(), "picture"), unreadable_ == 1 ? "was" : "were",
+                        first_unreadable_)};
   }
 
  private:

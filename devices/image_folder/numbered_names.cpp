@@ -56,6 +56,10 @@ Error ambiguous(std::string_view folder, const std::set<std::string>& stems) {
     }
     named.push_back("\"" + stem + "\"");
   }
+  if (std::all_of(stems.begin(), stems.end(), [](const auto& stem) { return stem.find('#') == std::string::npos; })) {
+    return usage_error(fmt::format("the names of the pictures in \"{}\" hold no numbers: {}", folder, join(named)), {},
+                       "number the frames of a video in the order of time");
+  }
   return usage_error(fmt::format("\"{}\" holds several numbered series: {}", folder, join(named)), {},
                      "put each series into a folder of its own");
 }

@@ -15,6 +15,7 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "devices/openni2/openni2_session.hpp"
 
 namespace choreo::devices::openni2 {
@@ -160,7 +161,7 @@ std::vector<std::string> Recording::warnings() const {
   }
   const auto declared = connection_->opened().frames;
   if (!broken_.empty()) {
-    all.push_back(fmt::format("\"{}\" ends after {} frames: {}", path_, delivered_, broken_));
+    all.push_back(fmt::format("\"{}\" ends after {}: {}", path_, counted(delivered_, "frame"), broken_));
   } else if (heard_all_ && delivered_ + damaged_ < declared) {
     all.push_back(
         fmt::format("\"{}\" ends after {} of the {} frames it declares: truncated?", path_, delivered_, declared));

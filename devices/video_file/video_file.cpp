@@ -49,8 +49,9 @@ class VideoFile final : public Source {
         throw failure(fmt::format("\"{}\": opening was interrupted", location_));
       case VideoStream::Outcome::kEnd:
         throw usage_error(fmt::format("\"{}\" holds no frame that can be decoded", location_), {},
-                          stream_.damaged() > 0 ? fmt::format("all its {} frames are damaged", stream_.damaged())
-                                                : "the recording was cut off or never begun");
+                          stream_.damaged() == 1  ? "its one frame is damaged"
+                          : stream_.damaged() > 1 ? fmt::format("all its {} frames are damaged", stream_.damaged())
+                                                  : "the recording was cut off or never begun");
     }
     frame_waits_ = true;
     shape_ = shape_of(*frame_);

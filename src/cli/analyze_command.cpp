@@ -2,8 +2,10 @@
 // choreoscope analyze: a recording in, its Z and Z* plots, matrices and tables out.
 #include <algorithm>
 #include <exception>
+#include <filesystem>
 #include <memory>
 #include <optional>
+#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
@@ -16,6 +18,7 @@
 #include "cli/results.hpp"
 #include "cli/signal_chain.hpp"
 #include "cli/source_options.hpp"
+#include "core/text.hpp"
 #include "outputs/particles_csv.hpp"
 #include "pipeline/stages/silhouette_stages.hpp"
 #include "pipeline/steady_clock.hpp"
@@ -77,6 +80,17 @@ void refuse_what_sets_lack(const AnalyzeOptions& options) {
     throw usage_error("means nothing for a set of pictures", option,
                       "leave it out: a set gives letters.json and pictures.png, nothing else");
   }
+}
+
+// Cameras number photographs as films are numbered: whoever gave separate pictures is told how to say so.
+std::string unread_pictures(const devices::SourceInfo& source) {
+  std::error_code problem;
+  const bool has_settings = !std::filesystem::exists(source.name, problem);
+  return fmt::format(
+      "no letter was read: numbered pictures are read as the frames of a video; for separate pictures append "
+      "{}stills=1 "
+      "to SOURCE",
+      has_settings ? '&' : '?');
 }
 
 int analyze(const AnalyzeOptions& options, Session& session) {
@@ -148,9 +162,10 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   if (summary.run.problem) std::rethrow_exception(summary.run.problem);
   if (record.rows().empty()) {
     if (summary.run.interrupted) throw Interrupted{};
-    throw usage_error(
-        fmt::format("no frame of \"{}\" is chosen: it has {} frames", summary.source.name, summary.run.frames_read),
-        options.source.span ? "--span " + *options.source.span : "", "choose a span inside the recording");
+    throw usage_error(fmt::format("no frame of \"{}\" is chosen: it has {}", summary.source.name,
+                                  counted(summary.run.frames_read, "frame")),
+                      options.source.span ? "--span " + *options.source.span : "",
+                      "choose a span inside the recording");
   }
 
   summary.thinned_to_every = record.kept_every();
@@ -165,9 +180,13 @@ int analyze(const AnalyzeOptions& options, Session& session) {
     chain->finish();
     outputs::write_file(files.add("letters.json"), letters_json(*chain));
   }
+  auto signal_warnings = tally.warnings(settings);
+  if (options.signals.reads() && summary.source.numbered_pictures && !chain->read_a_letter()) {
+    signal_warnings.push_back(unread_pictures(summary.source));
+  }
   write_results(summary, config, *comparer,
                 {record.rows(), record.thumbnails().chosen(), record.bodies(), record.cut_bodies(),
-                 prepared.source->warnings(), tally.warnings(settings)},
+                 prepared.source->warnings(), std::move(signal_warnings)},
                 masks ? &*masks : nullptr, files, session, clock);
   tell_results(summary, files, console);
   if (options.signals.reads()) tell_reading(*chain, tally, console);
@@ -182,6 +201,10 @@ void declare_analyze(CLI::App& app, Command& chosen) {
   auto* command = app.add_subcommand("analyze", "turn a recording into its Z and Z* plots, matrices and tables");
   options->source.declare(*command);
   options->signals.declare(*command);
+  command->get_option("--recognise")
+      ->description(
+          "read the signs of: semaphore. Numbered images are the frames of a video; of separate pictures\n"
+          "(folder?stills=1) each has a letter");
   command->add_option("--out", options->out, "the folder to write to; made where it is missing")
       ->required()
       ->type_name("DIR");

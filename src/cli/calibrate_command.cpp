@@ -12,6 +12,7 @@
 
 #include "body/particle_calibration.hpp"
 #include "cli/commands.hpp"
+#include "cli/one_picture.hpp"
 #include "cli/preparation.hpp"
 #include "cli/signal_chain.hpp"
 #include "cli/source_options.hpp"
@@ -73,18 +74,23 @@ class ReachStage final : public pipeline::Stage {
 };
 
 // What must have been seen before the bounds mean anything.
-void require_a_stretch(const ReachStage& reach, const config::Options& settings, const std::string& source) {
+void require_a_stretch(const ReachStage& reach, const config::Options& settings, const devices::SourceInfo& info) {
   const auto frames = reach.tally.frames();
+  const auto& source = info.name;
+  if (frames == 1 && is_one_picture(info)) {
+    throw usage_error("is one picture, and a calibration takes a film", source, kHowPicturesAreRead);
+  }
   if (reach.bodies == 0) {
-    throw usage_error(fmt::format("no body was ever seen in {} frames", frames), source,
+    throw usage_error(fmt::format("no body was ever seen in {}", counted(frames, "frame")), source,
                       "somebody who never moves is taken for the wall: give a plate with --background");
   }
   const auto reasons = reach.tally.warnings(settings);
   if (reach.tally.two_arms() == 0 && !reasons.empty()) throw usage_error(reasons.back(), source, kWhatToDo);
   if (reach.calibration.frames() < body::ParticleCalibration::kLeastFrames) {
-    throw usage_error(fmt::format("both arms were seen in {} of {} frames: too few for a calibration, which takes {}",
-                                  reach.calibration.frames(), frames, body::ParticleCalibration::kLeastFrames),
-                      source, kWhatToDo);
+    throw usage_error(
+        fmt::format("both arms were seen in {} of {}: too few for a calibration, which takes {}",
+                    reach.calibration.frames(), counted(frames, "frame"), body::ParticleCalibration::kLeastFrames),
+        source, kWhatToDo);
   }
   const auto far = reach.calibration.reached();
   const body::ParticleBounds vitruvian;
@@ -174,12 +180,12 @@ int calibrate(const CalibrateOptions& options, Session& session) {
   if (run.problem) std::rethrow_exception(run.problem);
   const bool stopped = prepared.stop.stop_requested();
   if (reach.tally.frames() == 0 && !stopped) {
-    throw usage_error(fmt::format("no frame of \"{}\" is chosen: it has {} frames", name, run.frames_read),
+    throw usage_error(fmt::format("no frame of \"{}\" is chosen: it has {}", name, counted(run.frames_read, "frame")),
                       options.source.span ? "--span " + *options.source.span : "",
                       "choose a span inside the recording");
   }
   if (stopped && reach.calibration.frames() < body::ParticleCalibration::kLeastFrames) throw Interrupted{};
-  require_a_stretch(reach, settings, name);
+  require_a_stretch(reach, settings, prepared.summary.source);
 
   const auto seen = fmt::format("both arms in {} of {} frames", reach.calibration.frames(), reach.tally.frames());
   const auto bounds = reach.calibration.bounds();
@@ -201,7 +207,10 @@ void declare_calibrate(CLI::App& app, Command& chosen) {
   auto options = std::make_shared<CalibrateOptions>();
   auto* command = app.add_subcommand("calibrate", "find how far a performer's arms reach, from a stretch of them");
   options->source.declare(*command);
-  command->add_option("-o,--out", options->out, "the settings to write, in .toml")->required()->type_name("FILE");
+  command
+      ->add_option("-o,--out", options->out, "the settings to write, as TOML; folders are made where they are missing")
+      ->required()
+      ->type_name("FILE");
   command->footer(kManual);
   command->callback(
       [options, &chosen] { chosen = [options](Session& session) { return calibrate(*options, session); }; });

@@ -20,6 +20,7 @@
 #include "core/time.hpp"
 #include "outputs/letters_json.hpp"
 #include "outputs/output_set.hpp"
+#include "outputs/picture_sheet.hpp"
 #include "vision/colourless.hpp"
 
 namespace choreo::cli {
@@ -27,8 +28,6 @@ namespace {
 
 using pipeline::PictureReading;
 
-constexpr int kTile = 320;  // Width of a picture on the sheet, px.
-constexpr int kColumns = 6;
 constexpr const char* kLetters = "letters.json";
 constexpr const char* kSheet = "pictures.png";
 
@@ -41,8 +40,7 @@ std::optional<std::string> letter_of(const PictureReading& reading) {
 // @param free  bytes before the first of them was read.
 void require_memory(const std::string& source, std::uint64_t pictures, std::uint64_t pixels,
                     std::optional<std::uint64_t> free) {
-  const auto tiles = pictures * 2 * 3 * kTile * kTile;  // And the sheet that they are laid on.
-  const auto bytes = pipeline::bytes_to_read(pixels, pictures) + tiles;
+  const auto bytes = pipeline::bytes_to_read(pixels, pictures) + outputs::bytes_of_sheet(pictures);
   if (!free || bytes <= *free / 10 * 8) return;
   throw usage_error(fmt::format("its {} pictures take {:.1f} GB of memory together, and {:.1f} GB are free", pictures,
                                 1e-9 * double(bytes), 1e-9 * double(*free)),
@@ -66,10 +64,39 @@ std::string json_of(const std::vector<std::string>& names, const std::vector<Pic
   return outputs::pictures_json(pictures);
 }
 
-cv::Mat tile_of(const cv::Mat& picture, const PictureReading& reading) {
-  const double scale = double(kTile) / picture.cols;
+// "3 of 26 pictures", "1 of 1 picture".
+std::string of_pictures(std::size_t count, std::size_t all) {
+  return fmt::format("{} of {}", count, counted(all, "picture"));
+}
+
+// "3 of 26 pictures show", "1 of 26 pictures shows".
+std::string pictures_show(std::size_t count, std::size_t all) {
+  return of_pictures(count, all) + (count == 1 || all == 1 ? " shows" : " show");
+}
+
+// Why there is no letter, in a few words.
+std::string why_none(const PictureReading& reading) {
+  switch (reading.why.value_or(pipeline::NoSign::kUnlikeAny)) {
+    case pipeline::NoSign::kNoFace:
+      return "no face";
+    case pipeline::NoSign::kNoTone:
+      return "no tone of arms is known";
+    case pipeline::NoSign::kNoArms:
+      return reading.face_seen ? "no arms" : "neither face nor arms";
+    case pipeline::NoSign::kArmsHang:
+      return "both arms hang";
+    case pipeline::NoSign::kUnlikeAny:
+      break;
+  }
+  return "arms like no letter";
+}
+
+// A picture with what was seen in it, as wide as the sheet has it.
+cv::Mat drawn(const cv::Mat& picture, const PictureReading& reading) {
+  const auto size = outputs::size_on_sheet(picture.size());
+  const double scale = double(size.width) / picture.cols;
   cv::Mat tile;
-  cv::resize(picture, tile, {kTile, std::clamp(cvRound(picture.rows * scale), 1, 2 * kTile)}, 0, 0, cv::INTER_AREA);
+  cv::resize(picture, tile, size, 0, 0, scale < 1 ? cv::INTER_AREA : cv::INTER_LINEAR);
   if (!reading.evidence.empty()) {
     cv::Mat seen;
     cv::resize(reading.evidence, seen, tile.size(), 0, 0, cv::INTER_NEAREST);
@@ -88,33 +115,23 @@ cv::Mat tile_of(const cv::Mat& picture, const PictureReading& reading) {
       cv::line(tile, arm.from * scale, arm.to * scale, {255, 0, 255}, 1, cv::LINE_AA);
     }
   }
-  const auto letter = letter_of(reading).value_or("-");
-  const double size = letter.size() > 1 ? 0.8 : 1.6;
-  cv::putText(tile, letter, {8, 44}, cv::FONT_HERSHEY_SIMPLEX, size, {0, 0, 0}, 6, cv::LINE_AA);
-  cv::putText(tile, letter, {8, 44}, cv::FONT_HERSHEY_SIMPLEX, size, {255, 255, 255}, 2, cv::LINE_AA);
   return tile;
 }
 
-cv::Mat sheet_of(const std::vector<cv::Mat>& pictures, const std::vector<PictureReading>& readings) {
-  std::vector<cv::Mat> tiles;
-  int height = 1;
-  for (std::size_t i = 0; i < pictures.size(); ++i) {
-    tiles.push_back(tile_of(pictures[i], readings[i]));
-    height = std::max(height, tiles.back().rows);
+std::vector<outputs::SheetTile> tiles_of(const std::vector<std::string>& names, const std::vector<cv::Mat>& pictures,
+                                         const std::vector<PictureReading>& readings) {
+  std::vector<outputs::SheetTile> tiles;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto& reading = readings[i];
+    outputs::SheetTile tile;
+    tile.picture = drawn(pictures[i], reading);
+    tile.name = names[i];
+    tile.letter = letter_of(reading).value_or("");
+    tile.beside = reading.sign ? fmt::format("{:.2f}, then {}", reading.confidence, reading.runner_up)
+                               : fmt::format("{:.2f}, {}", reading.confidence, why_none(reading));
+    tiles.push_back(std::move(tile));
   }
-  const int count = int(tiles.size());
-  const int columns = std::min(count, kColumns);
-  cv::Mat sheet((count + columns - 1) / columns * height, columns * kTile, CV_8UC3, cv::Scalar::all(32));
-  for (int i = 0; i < count; ++i) {
-    const auto& tile = tiles[std::size_t(i)];
-    tile.copyTo(sheet(cv::Rect(i % columns * kTile, i / columns * height, tile.cols, tile.rows)));
-  }
-  return sheet;
-}
-
-// "3 of 26 pictures", "1 of 1 picture".
-std::string of_pictures(std::size_t count, std::size_t all) {
-  return fmt::format("{} of {} picture{}", count, all, all == 1 ? "" : "s");
+  return tiles;
 }
 
 void warn_of(const std::vector<std::string>& names, const std::vector<cv::Mat>& pictures,
@@ -140,9 +157,8 @@ void warn_of(const std::vector<std::string>& names, const std::vector<cv::Mat>& 
   }
   const auto [alone, alone_name] = first([](const auto& r) { return !r.shared; });
   if (alone > 0 && names.size() > 1) {
-    console.warn(
-        fmt::format("{} show a scene of their own, the first \"{}\": what has skin's colour there counts as arm",
-                    of_pictures(alone, names.size()), one_line(alone_name)));
+    console.warn(fmt::format("{} a scene of {} own, the first \"{}\": what has skin's colour there counts as arm",
+                             pictures_show(alone, names.size()), alone == 1 ? "its" : "their", one_line(alone_name)));
   }
 }
 
@@ -177,7 +193,7 @@ int analyze_pictures(devices::Source& source, vision::FaceDetector& faces, const
   if (!readings) throw Interrupted{};
   outputs::write_file(files.add(kLetters), json_of(names, *readings));
   std::vector<std::uint8_t> png;
-  cv::imencode(".png", sheet_of(pictures, *readings), png);
+  cv::imencode(".png", outputs::picture_sheet(tiles_of(names, pictures, *readings)), png);
   outputs::write_file(files.add(kSheet), {reinterpret_cast<const char*>(png.data()), png.size()});
   supersede_others(files, std::vector<std::string>{kLetters, kSheet});
   files.commit();
@@ -190,7 +206,12 @@ int analyze_pictures(devices::Source& source, vision::FaceDetector& faces, const
     read += letter ? 1 : 0;
     letters += (letters.empty() ? "" : " ") + letter.value_or("-");
   }
-  fmt::print("{} show a sign: {}\n", of_pictures(read, names.size()), letters);
+  fmt::print("{} a sign: {}\n", pictures_show(read, names.size()), letters);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto& reading = (*readings)[i];
+    if (reading.sign) continue;
+    fmt::print("{}: no letter, {} (confidence {:.3f})\n", one_line(names[i]), why_none(reading), reading.confidence);
+  }
   fmt::print("wrote {} and {}\n", (out / kLetters).string(), (out / kSheet).string());
   // Also where all pictures were read before: whoever stops a batch wants the batch to stop.
   return stop.stop_requested() ? kInterrupted : kDone;

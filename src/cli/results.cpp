@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "cli/one_picture.hpp"
 #include "similarity/all_pairs.hpp"
 
 namespace choreo::cli {
@@ -49,7 +50,8 @@ std::vector<std::string> warnings_of(const Summary& s, const config::Options& se
   warnings.insert(warnings.end(), gathered.signal_warnings.begin(), gathered.signal_warnings.end());
   // One cause, one warning: the later ones would only repeat the first that applies.
   if (s.frames == 1) {
-    warnings.emplace_back("there is only one frame: nothing to compare it with");
+    warnings.emplace_back("there is only one frame: nothing to compare it with" +
+                          (is_one_picture(s.source) ? std::string("; ") + kHowPicturesAreRead : ""));
   } else if (gathered.bodies == 0) {
     warnings.emplace_back(
         "no body was ever seen: Z and Z* are all NaN; somebody who never moves is taken for the wall: give a plate "

@@ -145,6 +145,12 @@ void SignalChain::finish() {
   if (semaphore_ != nullptr) semaphore_->finish();
 }
 
+bool SignalChain::read_a_letter() const {
+  if (semaphore_ == nullptr) return false;
+  const auto& signs = semaphore_->signs();
+  return std::any_of(signs.begin(), signs.end(), [](const auto& held) { return held.sign != "REST"; });
+}
+
 outputs::SignalOverlay overlay_of(const pipeline::Observation& o, cv::Size picture) {
   outputs::SignalOverlay overlay;
   const double scale = double(picture.height) / std::max(1, o.picture.rows);

@@ -87,6 +87,8 @@ class SignalChain {
   void finish();
   /// Null where nothing is read.
   [[nodiscard]] const pipeline::SemaphoreStage* semaphore() const { return semaphore_; }
+  /// Whether any letter or other sign but REST was read so far.
+  [[nodiscard]] bool read_a_letter() const;
   [[nodiscard]] const pipeline::FaceStage& face() const { return *face_; }
 
  private:

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "config/schema.hpp"
+#include "core/text.hpp"
 
 namespace choreo::cli {
 namespace {
@@ -153,7 +154,7 @@ std::vector<std::string> live_table(const Summary& s) {
   const auto& live = *s.live;
   const bool full = live.row_full.count > 0;
   const auto& row = full ? live.row_full : live.row_filling;
-  lines.push_back(fmt::format("{} frames in {:.1f} s ({:.1f} a second), {} dropped", s.run.frames,
+  lines.push_back(fmt::format("{} in {:.1f} s ({:.1f} a second), {} dropped", counted(s.run.frames, "frame"),
                               to_seconds(s.run.wall), double(s.run.frames) / std::max(1e-9, to_seconds(s.run.wall)),
                               dropped(s.run)));
   lines.push_back(fmt::format(

@@ -82,6 +82,7 @@ void add_table_options(CLI::App& command, TableOptions& options) {
       ->type_name("NAMES");
   command.add_option("--label", options.label, "the label of the tone's rows")->capture_default_str();
   command.add_option("--half", options.half, "all rows, or those in every other block of 1000: first, second")
+      ->type_name("ROWS:{all,first,second}")
       ->capture_default_str();
 }
 
@@ -335,7 +336,9 @@ void declare_tones(CLI::App& app, Command& chosen) {
   train_command->add_option("--merge", training->merge, "begin with the tones of this file; may be repeated")
       ->type_name("FILE")
       ->allow_extra_args(false);
-  train_command->add_option("--model", training->model, "gaussian or histogram")->capture_default_str();
+  train_command->add_option("--model", training->model, "what densities are made of")
+      ->type_name("MODEL:{gaussian,histogram}")
+      ->capture_default_str();
   train_command->add_option("--parts", training->parts, "clusters of colours, 1 to 8: 2 for a flag of two colours")
       ->capture_default_str();
   train_command->add_option("--prior", training->prior, "how common the tone is, 0.001 to 1000, beside the others")

@@ -125,6 +125,10 @@ std::string shortened(std::string_view text, std::size_t most) {
   return std::string(text.substr(0, kept)) + "...";
 }
 
+std::string counted(std::uint64_t count, std::string_view noun) {
+  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
 std::string join(std::span<const std::string> parts, std::string_view separator) {
   return fmt::format("{}", fmt::join(parts, separator));
 }

@@ -2,6 +2,7 @@
 // Small text helpers: numbers that must be whole, the nearest name to a mistyped one.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -33,6 +34,9 @@ namespace choreo {
 
 /// The beginning of `text`, at most `most` bytes of whole characters, with "..." where there was more.
 [[nodiscard]] std::string shortened(std::string_view text, std::size_t most = 60);
+
+/// "1 frame", "2 frames": the plural is with an s.
+[[nodiscard]] std::string counted(std::uint64_t count, std::string_view noun);
 
 /// "a, b, c".
 [[nodiscard]] std::string join(std::span<const std::string> parts, std::string_view separator = ", ");

@@ -39,9 +39,9 @@ struct PictureReading {
 ///     }
 ///
 /// The letter may be "NUMERALS" or "CANCEL"; it is null where none is shown, as where both arms hang (REST), and
-/// `confidence` is then that there is none (0 where no face was found: nothing is known), `runner_up` the letter that
-/// came nearest, or null where arms and a face were not found.
-/// Bytes of a name that are not UTF-8 are written as U+FFFD.
+/// `confidence` is then that there is none (0 where no face or no tone of arms is known: nothing can be told; near 1
+/// where others of the scene show where arms would be, and none are there), `runner_up` the letter that came nearest,
+/// or null where nothing at all was seen of arms. Bytes of a name that are not UTF-8 are written as U+FFFD.
 [[nodiscard]] std::string pictures_json(std::span<const PictureReading> pictures);
 
 }  // namespace choreo::outputs

@@ -303,7 +303,8 @@ TakeReport TakeWriter::close() {
       std::rethrow_exception(problem_);
     } catch (const std::exception& error) {
       const auto* known = dynamic_cast<const Error*>(&error);
-      throw failure(fmt::format("the recording broke off after {} frames: {}", report_.frames, error.what()), {},
+      throw failure(fmt::format("the recording broke off after {}: {}", counted(report_.frames, "frame"), error.what()),
+                    {},
                     begun              ? fmt::format("what came before is in \"{}\"", part)
                     : known != nullptr ? known->hint()
                                        : std::string());

@@ -42,9 +42,16 @@ void ToneOptions::validate(std::vector<std::string> given) const {
   if (learn_skin) given.insert(given.begin(), "skin");
   for (const auto& name : arms) {
     if (std::find(given.begin(), given.end(), name) != given.end()) continue;
+    const auto what = fmt::format("names \"{}\", which is no tone", shortened(name));
+    if (const auto near = nearest_name(name, given)) {
+      throw usage_error(what, "tones.arms", fmt::format("did you mean \"{}\"?", *near));
+    }
+    const auto known = given.empty() ? std::string() : fmt::format("known: {}; ", join(given));
     throw usage_error(
-        fmt::format("names \"{}\", which is no tone", name), "tones.arms",
-        given.empty() ? "there is no tone: give a tones.file, or learn the skin" : "known: " + join(given));
+        what, "tones.arms",
+        fmt::format("{}make it with choreoscope tones train --picture P --mask M --name {} --out FILE, and "
+                    "give it with --set tones.file=FILE",
+                    known, file.empty() ? shortened(name) : shortened(name) + " --merge " + file));
   }
 }
 

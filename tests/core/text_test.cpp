@@ -60,6 +60,12 @@ TEST(Text, OneLineShowsWhatWouldMoveTheCursorOrIsNoCharacter) {
   EXPECT_EQ(one_line(std::string_view("a\0b", 3)), "a\\x00b");
 }
 
+TEST(Text, CountedIsSingularForOneAlone) {
+  EXPECT_EQ(counted(0, "frame"), "0 frames");
+  EXPECT_EQ(counted(1, "frame"), "1 frame");
+  EXPECT_EQ(counted(26, "picture"), "26 pictures");
+}
+
 TEST(Text, ShortenedEndsBetweenCharacters) {
   EXPECT_EQ(shortened("abc", 3), "abc");
   EXPECT_EQ(shortened("abcd", 3), "abc...");

@@ -189,7 +189,7 @@ TEST_F(ImageFolderTest, FoldersWithoutAReadablePictureAreRefused) {
   test::write_bytes(folder_ / "a1.png", std::string("x"));
   const auto broken = error_of([&] { (void)open(); });
   ASSERT_TRUE(broken);
-  EXPECT_THAT(broken->what(), HasSubstr("none of its 1 pictures can be read"));
+  EXPECT_THAT(broken->what(), HasSubstr("its one picture cannot be read"));
   const auto missing = error_of([&] { (void)registry_.open("folder://" + folder_.path() + "/none"); });
   ASSERT_TRUE(missing);
   EXPECT_THAT(missing->what(), HasSubstr("No such file or directory"));
@@ -242,6 +242,8 @@ TEST_F(ImageFolderTest, NamesThatDoNotCountMakeASetWhereSetsAreReadAndARefusalEl
   const auto error = error_of([&] { (void)open(); });
   ASSERT_TRUE(error);
   EXPECT_EQ(error->fault(), Fault::kUsage);
+  EXPECT_THAT(error->what(), HasSubstr("hold no numbers"));
+  EXPECT_THAT(error->hint(), HasSubstr("analyze DIR --recognise semaphore"));
   const auto set = open_any();
   EXPECT_TRUE(set->info().stills);
   EXPECT_THAT(names_of(*set), ElementsAre("A.jpg", "b.png", "semaphore-c.png"));
@@ -262,10 +264,29 @@ TEST_F(ImageFolderTest, ASeriesIsASequenceUnlessItIsCalledASet) {
   EXPECT_TRUE(error_of([&] { (void)open_any("?stills=perhaps"); }));
 }
 
+TEST_F(ImageFolderTest, OnlyNamesThatCountOnMakeNumberedPicturesOfAFolder) {
+  put_grey("p1.png", 1);
+  put_grey("p2.png", 2);
+  EXPECT_TRUE(open_any()->info().numbered_pictures);
+  EXPECT_FALSE(open_any("?stills=1")->info().numbered_pictures);
+  EXPECT_FALSE(open_any("?stills=0")->info().numbered_pictures) << "the user said that it is a sequence";
+}
+
+TEST_F(ImageFolderTest, SeveralSeriesAreTheWayToASetWhereNoneIsRead) {
+  put_grey("left1.png", 1);
+  put_grey("right1.png", 1);
+  const auto error = error_of([&] { (void)open(); });
+  ASSERT_TRUE(error);
+  EXPECT_THAT(error->what(), HasSubstr("several numbered series"));
+  EXPECT_THAT(error->hint(), HasSubstr("analyze DIR --recognise semaphore"));
+}
+
 TEST_F(ImageFolderTest, ASetCalledASequenceIsRefusedAsEver) {
   put_grey("left.png", 1);
   put_grey("right.png", 1);
-  EXPECT_TRUE(error_of([&] { (void)open_any("?stills=0"); }));
+  const auto error = error_of([&] { (void)open_any("?stills=0"); });
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->hint().find("--recognise"), std::string::npos) << "that is what is being done";
 }
 
 TEST_F(ImageFolderTest, OnePictureAloneIsASet) {

@@ -98,6 +98,14 @@ TEST_F(Calibrate, WhatShowsNoPerformerIsRefused) {
   EXPECT_THAT(refused(grey), HasSubstr("no colour"));
 }
 
+TEST_F(Calibrate, FoldersOfTheFileAreMadeAndAnyEndingIsTakenByConfig) {
+  const auto path = folder_ / "new" + "/deep/bounds.txt";
+  const auto run = choreoscope({"calibrate", kStretch, "-o", path});
+  ASSERT_EQ(run.status, 0) << run.told();
+  const auto show = choreoscope({"config", "show", "--config", path});
+  EXPECT_EQ(said(show.out, "alpha_max"), said(run.out, "particles.alpha_max"));
+}
+
 TEST_F(Calibrate, PlacesThatCannotBeWrittenToAreRefusedBeforeTheRun) {
   EXPECT_THAT(complaint_of(choreoscope({"calibrate", kStretch, "-o", folder_.path() + "/"}), 2),
               HasSubstr("names no file"));

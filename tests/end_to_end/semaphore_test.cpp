@@ -40,7 +40,9 @@ class Semaphore : public RefusalTest {
   }
 
   // Sets of 26 pictures are read elsewhere: three show how.
-  void film_pictures(const std::string& letters) {
+  // @param numbered  they are called as cameras call them: DSC_0101.png, DSC_0102.png, ...
+  void film_pictures(const std::string& letters, bool numbered = false) {
+    int number = 101;
     for (const char letter : letters) {
       devices::synthetic::PerformerSettings settings;
       settings.text = std::string(1, letter);
@@ -49,7 +51,9 @@ class Semaphore : public RefusalTest {
       settings.skin = "light";
       const devices::synthetic::Performer performer("semaphore", settings);
       const auto held = performer.first_frame() + int(2.2 * settings.fps);
-      cv::imwrite(folder_ / "pictures" + "/" + letter + "_.png", performer.perform(held).bgr);
+      const auto name = numbered ? "DSC_0" + std::to_string(number++) : std::string(1, letter) + "_";
+      cv::imwrite(folder_ / "pictures" + "/" + name + ".png", performer.perform(held).bgr);
+      if (!numbered) cv::imwrite(folder_ / "wall.png", performer.perform(0).bgr);
     }
   }
 };
@@ -134,6 +138,76 @@ TEST_F(Semaphore, ASetOfPicturesHasALetterEach) {
     read.push_back(picture["file"].get<std::string>() + picture["letter"].dump());
   EXPECT_THAT(read, ElementsAre("N_.png\"N\"", "R_.png\"R\"", "U_.png\"U\""));
   EXPECT_THAT(files_in(out()), IsSupersetOf({"letters.json", "pictures.png"}));
+}
+
+TEST_F(Semaphore, NumberedPhotographsOfWhichNothingIsReadAreToldHowToBeASet) {
+  std::filesystem::create_directory(folder_ / "pictures");
+  film_pictures("RUN", true);
+  const auto film = analyze(folder_ / "pictures", out(), {"--recognise", "semaphore"});
+  EXPECT_THAT(film.err_lines("choreoscope: warning: "),
+              Contains(AllOf(HasSubstr("no letter was read"), HasSubstr("append ?stills=1"))));
+  EXPECT_NE(json_of(out() + "/summary.json")["warnings"].dump().find("?stills=1"), std::string::npos);
+  const auto slow = analyze(folder_ / "pictures" + "?fps=2", out(), {"--recognise", "semaphore"});
+  EXPECT_THAT(slow.err_lines("choreoscope: warning: "), Contains(HasSubstr("append &stills=1")));
+  for (const auto* said : {"?stills=1", "?stills=0"}) {
+    const auto run = analyze(folder_ / "pictures" + said, out(), {"--recognise", "semaphore"});
+    EXPECT_EQ(run.err.find("append"), std::string::npos) << said << run.err;
+  }
+  EXPECT_EQ(analyze(folder_ / "pictures", out()).err.find("stills"), std::string::npos) << "nothing is to be read";
+}
+
+TEST_F(Semaphore, APictureWithoutALetterSaysWhy) {
+  std::filesystem::create_directory(folder_ / "pictures");
+  film_pictures("RUN");
+  std::filesystem::copy_file(folder_ / "wall.png", folder_ / "pictures" + "/wall.png");
+  const auto run = analyze(folder_ / "pictures", out(), {"--recognise", "semaphore"});
+  EXPECT_TRUE(
+      run.out.starts_with("3 of 4 pictures show a sign: N R U -\n"
+                          "wall.png: no letter, neither face nor arms (confidence "))
+      << run.out;
+  const auto wall = json_of(out() + "/letters.json")["pictures"][3];
+  EXPECT_TRUE(wall["letter"].is_null());
+  EXPECT_GT(wall["confidence"].get<double>(), 0.9) << "the others show where arms would be: there are none";
+
+  const auto alone = folder_ / "alone";
+  std::filesystem::create_directory(alone);
+  std::filesystem::copy_file(folder_ / "wall.png", alone + "/wall.png");
+  const auto nobody = analyze(alone, out(), {"--recognise", "semaphore"});
+  EXPECT_TRUE(
+      nobody.out.starts_with("0 of 1 picture shows a sign: -\n"
+                             "wall.png: no letter, no face (confidence 0.000)\n"))
+      << nobody.out;
+}
+
+TEST_F(Semaphore, OnePictureIsNoFilmAndIsToldWhereItIsRead) {
+  std::filesystem::create_directory(folder_ / "pictures");
+  film_pictures("R");
+  const auto picture = folder_ / "pictures" + "/R_.png";
+  for (const auto& source : {picture, folder_ / "pictures"}) {
+    const auto run = analyze(source, out());
+    EXPECT_THAT(run.err_lines("choreoscope: warning: "),
+                Contains(AllOf(HasSubstr("only one frame"), HasSubstr("analyze DIR --recognise semaphore"))))
+        << source;
+  }
+  const auto run = choreoscope({"calibrate", picture, "-o", folder_ / "bounds.toml"});
+  EXPECT_THAT(complaint_of(run, 2), HasSubstr("one picture"));
+  EXPECT_THAT(hint_of(run), HasSubstr("analyze DIR --recognise semaphore"));
+  const auto live = choreoscope({"live", picture, "--headless"});
+  EXPECT_EQ(live.status, 0) << live.told();
+  EXPECT_THAT(live.err, AllOf(HasSubstr("\n1 frame in "), HasSubstr("analyze DIR --recognise semaphore")));
+  const auto film = analyze(kQuick, out(), {"--span", "1f:1f"});
+  EXPECT_THAT(film.err_lines("choreoscope: warning: "), Contains(::testing::EndsWith("nothing to compare it with")));
+}
+
+TEST_F(Semaphore, FlagsWithoutTheirToneAreToldWhereItComesFrom) {
+  const auto run = choreoscope({"analyze", kSays, "--out", out(), "--recognise", "semaphore", "--config", "flags"});
+  EXPECT_THAT(complaint_of(run, 2), AllOf(HasSubstr("tones.arms"), HasSubstr("\"flag\"")));
+  EXPECT_THAT(hint_of(run), AllOf(HasSubstr("choreoscope tones train"), HasSubstr("--name flag"),
+                                  HasSubstr("--set tones.file=FILE")));
+  const auto mistyped =
+      choreoscope({"analyze", kSays, "--out", out(), "--recognise", "semaphore", "--set", "tones.arms=[\"skni\"]"});
+  EXPECT_THAT(complaint_of(mistyped, 2), HasSubstr("skni"));
+  EXPECT_EQ(hint_of(mistyped), "did you mean \"skin\"?");
 }
 
 TEST_F(Semaphore, ASetAndASequenceInOneFolderLeaveNothingOfEachOther) {

@@ -90,6 +90,11 @@ TEST_F(Tones, BadSamplesAreRefusedByLine) {
   EXPECT_THAT(refused_training(samples(), {"--model", "gausian"}), HasSubstr("\"gausian\""));
 }
 
+TEST_F(Tones, TheHelpNamesTheChoices) {
+  EXPECT_THAT(choreoscope({"tones", "train", "--help"}).out,
+              AllOf(HasSubstr("MODEL:{gaussian,histogram}"), HasSubstr("ROWS:{all,first,second}")));
+}
+
 TEST_F(Tones, MorePartsThanTheColoursFallIntoAreRefusedByPart) {
   std::string two;
   for (int i = 0; i < 300; ++i) two += i % 2 == 0 ? "30,30,210,1\n" : "20,200,230,1\n";

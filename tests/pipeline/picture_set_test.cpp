@@ -118,6 +118,15 @@ TEST(PictureSet, APictureOfAnotherRoomIsReadByItselfAndSpoilsNothing) {
   EXPECT_FALSE(readings[1].shared);
   EXPECT_FALSE(readings[1].sign);
   EXPECT_EQ(letters_of(readings), "K-LRU");
+  for (const auto& reading : readings) EXPECT_NE(reading.sign.has_value(), reading.why.has_value());
+}
+
+TEST(PictureSet, AFaceTooSmallToLearnSkinFromTellsNothingAndThatIsWhy) {
+  const auto readings = read({{"", cv::Mat(360, 480, CV_8UC3, cv::Scalar(90, 120, 60)), cv::Rect2d(220, 80, 8, 8)}});
+  ASSERT_EQ(readings.size(), 1U);
+  EXPECT_TRUE(readings[0].face);
+  EXPECT_EQ(readings[0].why, NoSign::kNoTone);
+  EXPECT_EQ(readings[0].confidence, 0);
 }
 
 TEST(PictureSet, WithoutFacesWithoutMovementAndWithoutPicturesThereIsNoSign) {
@@ -127,6 +136,8 @@ TEST(PictureSet, WithoutFacesWithoutMovementAndWithoutPicturesThereIsNoSign) {
   for (const auto& reading : faceless) {
     EXPECT_FALSE(reading.sign);
     EXPECT_FALSE(reading.face);
+    EXPECT_EQ(reading.why, NoSign::kNoFace);
+    EXPECT_EQ(reading.confidence, 0) << "nothing is known";
   }
   // One picture three times: nothing differs from the wall.
   const std::vector<Still> same(3, stills.front());
@@ -234,6 +245,7 @@ recognition::SignCoverage coverage_of(const std::string& sign, double overlap, d
 TEST(PictureAnswer, IsTheSignThatCoversMostAndThatIsCertain) {
   const auto answer = answer_of(coverage_of("K", 0.8, 1.8));
   EXPECT_EQ(answer.sign, "K");
+  EXPECT_FALSE(answer.why);
   EXPECT_GT(answer.confidence, 0.99);
   EXPECT_LT(answer_of(coverage_of("K", 0.5, 1.8)).confidence, 0.95);
 }
@@ -244,11 +256,14 @@ TEST(PictureAnswer, ThatNothingIsShownIsAsCertainAsWhatDecidedIt) {
   EXPECT_FALSE(speck.sign);
   EXPECT_GT(speck.confidence, 0.95);
   EXPECT_EQ(speck.runner_up, "K");
+  EXPECT_EQ(speck.why, NoSign::kNoArms);
   EXPECT_NEAR(answer_of(coverage_of("K", 0.9, 0.2499)).confidence, 0.5, 0.01);
   const auto unlike = answer_of(coverage_of("K", 0.3, 1.8));
   EXPECT_FALSE(unlike.sign);
   EXPECT_GT(unlike.confidence, 0.95);
+  EXPECT_EQ(unlike.why, NoSign::kUnlikeAny);
   EXPECT_EQ(answer_of({}).confidence, 1);
+  EXPECT_EQ(answer_of({}).why, NoSign::kNoArms);
 }
 
 TEST(PictureAnswer, HangingArmsAreNoLetterAndNoRunnerUp) {
@@ -258,6 +273,7 @@ TEST(PictureAnswer, HangingArmsAreNoLetterAndNoRunnerUp) {
   EXPECT_FALSE(answer.sign);
   EXPECT_GT(answer.confidence, 0.99) << "that it is no letter";
   EXPECT_EQ(answer.runner_up, body::semaphore_signs()[0].name);
+  EXPECT_EQ(answer.why, NoSign::kArmsHang);
 }
 
 // What docs/semaphore.md publishes: nothing but the pictures is given, and nothing was tuned on these performers.
