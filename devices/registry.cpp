@@ -57,9 +57,12 @@ const Driver* Registry::find(std::string_view scheme) const {
   return nullptr;
 }
 
-std::string Registry::scheme_of_path(const std::string& path, bool is_folder) const {
+std::string Registry::scheme_of_path(const std::string& path, bool is_folder, bool sets) const {
   for (const auto& driver : drivers_) {
     if (driver.claims && driver.claims(path)) return driver.scheme;
+  }
+  for (const auto& driver : drivers_) {
+    if (sets && driver.claims_as_set && driver.claims_as_set(path)) return driver.scheme;
   }
   return is_folder ? "folder" : "file";
 }
@@ -74,7 +77,7 @@ std::unique_ptr<Source> Registry::open(const std::string& source, const OpenOpti
                         "a source is a video file, a folder of numbered images, or a URI such as synthetic://walking");
     }
     if (problem) throw usage_error(fmt::format("\"{}\" cannot be read: {}", uri.location, problem.message()));
-    uri.scheme = scheme_of_path(uri.location, std::filesystem::is_directory(status));
+    uri.scheme = scheme_of_path(uri.location, std::filesystem::is_directory(status), options.sets);
   }
   const auto* driver = find(uri.scheme);
   if (driver == nullptr) {

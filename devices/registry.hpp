@@ -35,6 +35,8 @@ struct Driver {
   std::function<DeviceList()> list = {};  ///< What is plugged in; empty for drivers of files.
   /// Whether a plain path that exists is this driver's: one quick look, no error. May be empty.
   std::function<bool(const std::string& path)> claims = {};
+  /// Likewise, as a set of pictures, where OpenOptions::sets allows it and nobody claims it otherwise.
+  std::function<bool(const std::string& path)> claims_as_set = {};
 };
 
 /// Stands for a driver that this build lacks: opening says so and what to install.
@@ -57,7 +59,7 @@ class Registry {
 
  private:
   [[nodiscard]] const Driver* find(std::string_view scheme) const;
-  [[nodiscard]] std::string scheme_of_path(const std::string& path, bool is_folder) const;
+  [[nodiscard]] std::string scheme_of_path(const std::string& path, bool is_folder, bool sets) const;
 
   std::vector<Driver> drivers_;
 };

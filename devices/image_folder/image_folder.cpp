@@ -89,11 +89,24 @@ OrderedNames in_order(std::vector<std::string> names, const std::string& folder,
   return {in_name_order(std::move(names)), true};
 }
 
+bool is_picture_file(const std::string& path) {
+  std::error_code problem;
+  return is_picture_name(std::filesystem::path(path).filename().string()) &&
+         std::filesystem::is_regular_file(path, problem);
+}
+
 class ImageFolder final : public Source {
  public:
   ImageFolder(const SourceUri& uri, double fps, std::optional<bool> stills, bool sets_allowed)
       : folder_(uri.location), micro_fps_(std::llround(fps * 1e6)) {
-    auto ordered = in_order(picture_names(folder_), folder_, stills, sets_allowed);
+    OrderedNames ordered;
+    if (sets_allowed && stills.value_or(true) && is_picture_file(folder_)) {
+      const std::filesystem::path file(folder_);
+      ordered = {{file.filename().string()}, true};
+      folder_ = file.parent_path().string();
+    } else {
+      ordered = in_order(picture_names(folder_), folder_, stills, sets_allowed);
+    }
     names_ = std::move(ordered.names);
     info_.stills = ordered.stills;
     info_.numbered_pictures = !ordered.stills && !stills;
@@ -104,7 +117,7 @@ class ImageFolder final : public Source {
     find_next();
     if (waiting_.empty()) {
       throw usage_error(names_.size() == 1
-                            ? fmt::format("folder \"{}\": its one picture cannot be read", folder_)
+                            ? fmt::format("\"{}\": its one picture cannot be read", uri.location)
                             : fmt::format("folder \"{}\": none of its {} pictures can be read", folder_, names_.size()),
                         {}, fmt::format("the first is \"{}\"", names_.front()));
     }
@@ -183,6 +196,7 @@ Driver image_folder_driver() {
   driver.scheme = "folder";
   driver.example = "pictures/?fps=25";
   driver.summary = "a folder of numbered pictures, or a set of pictures";
+  driver.claims_as_set = is_picture_file;
   driver.open = [](const SourceUri& uri, SettingReader& settings, const OpenOptions& options) {
     const double fps = settings.take_number("fps", 30.0, 0.01, 1000.0);
     std::optional<bool> stills;

@@ -11,8 +11,8 @@ namespace choreo::devices {
 /// bit become 8, grey becomes blue, green and red.
 ///
 /// Where OpenOptions::sets allows it, a folder whose names do not count on in one number, or that holds one picture
-/// alone, is a set of pictures: SourceInfo::stills, in the order of their names, of any sizes. Setting `stills`: 1
-/// makes a set of any folder, 0 of none.
+/// alone, is a set of pictures: SourceInfo::stills, in the order of their names, of any sizes; so is a picture's file.
+/// Setting `stills`: 1 makes a set of any folder, 0 of none.
 ///
 /// Setting `fps`: pictures a second, 0.01 to 1000, default 30. Picture i, counted over all files in order, has the
 /// time i / fps to the nearest nanosecond; fps counts in millionths.

@@ -8,7 +8,7 @@ namespace choreo::cli {
 
 /// What to do with pictures that show letters.
 constexpr auto kHowPicturesAreRead =
-    "the letter that a picture shows is read from a folder of it: choreoscope analyze DIR --recognise semaphore";
+    "the letter that a picture shows is read by choreoscope analyze PICTURE --recognise semaphore";
 
 /// Whether the source is a picture's file, or a folder of one picture.
 [[nodiscard]] bool is_one_picture(const devices::SourceInfo& source);

@@ -296,6 +296,23 @@ TEST_F(ImageFolderTest, OnePictureAloneIsASet) {
   EXPECT_FALSE(open()->info().stills);
 }
 
+TEST_F(ImageFolderTest, APicturesFileIsASetOfOneWhereSetsAreRead) {
+  put_grey("7.png", 1);
+  put_grey("8.png", 1);
+  OpenOptions options;
+  options.sets = true;
+  const auto set = registry_.open(folder_ / "8.png", options);
+  EXPECT_TRUE(set->info().stills);
+  EXPECT_FALSE(set->info().numbered_pictures);
+  EXPECT_THAT(names_of(*set), ElementsAre("8.png"));
+  test::write_bytes(folder_ / "broken.png", std::string("not a picture"));
+  EXPECT_THAT(error_of([&] { (void)registry_.open(folder_ / "broken.png", options); })->what(),
+              HasSubstr("broken.png\": its one picture cannot be read"));
+  EXPECT_TRUE(error_of([&] { (void)registry_.open(folder_ / "8.png?stills=0", options); }));
+  EXPECT_TRUE(error_of([&] { (void)registry_.open(folder_ / "8.png"); }))
+      << "a video's, and no driver of these is here";
+}
+
 TEST_F(ImageFolderTest, PicturesOfASetKeepTheirSizesAndUnreadableOnesAreLeftOut) {
   put("a.png", cv::Mat::zeros(4, 6, CV_8UC3));
   put("b.png", cv::Mat::zeros(9, 8, CV_8UC3));

@@ -186,17 +186,26 @@ TEST_F(Semaphore, OnePictureIsNoFilmAndIsToldWhereItIsRead) {
   for (const auto& source : {picture, folder_ / "pictures"}) {
     const auto run = analyze(source, out());
     EXPECT_THAT(run.err_lines("choreoscope: warning: "),
-                Contains(AllOf(HasSubstr("only one frame"), HasSubstr("analyze DIR --recognise semaphore"))))
+                Contains(AllOf(HasSubstr("only one frame"), HasSubstr("analyze PICTURE --recognise semaphore"))))
         << source;
   }
   const auto run = choreoscope({"calibrate", picture, "-o", folder_ / "bounds.toml"});
   EXPECT_THAT(complaint_of(run, 2), HasSubstr("one picture"));
-  EXPECT_THAT(hint_of(run), HasSubstr("analyze DIR --recognise semaphore"));
+  EXPECT_THAT(hint_of(run), HasSubstr("analyze PICTURE --recognise semaphore"));
   const auto live = choreoscope({"live", picture, "--headless"});
   EXPECT_EQ(live.status, 0) << live.told();
-  EXPECT_THAT(live.err, AllOf(HasSubstr("\n1 frame in "), HasSubstr("analyze DIR --recognise semaphore")));
+  EXPECT_THAT(live.err, AllOf(HasSubstr("\n1 frame in "), HasSubstr("analyze PICTURE --recognise semaphore")));
   const auto film = analyze(kQuick, out(), {"--span", "1f:1f"});
   EXPECT_THAT(film.err_lines("choreoscope: warning: "), Contains(::testing::EndsWith("nothing to compare it with")));
+}
+
+TEST_F(Semaphore, APicturesFileIsReadLikeAFolderOfIt) {
+  std::filesystem::create_directory(folder_ / "pictures");
+  film_pictures("R");
+  const auto folder = read_bytes_of_set(folder_ / "pictures");
+  film_pictures("U");
+  EXPECT_EQ(read_bytes_of_set(folder_ / "pictures" + "/R_.png"), folder);
+  EXPECT_THAT(folder, HasSubstr(R"({"file": "R_.png", "letter": "R",)"));
 }
 
 TEST_F(Semaphore, FlagsWithoutTheirToneAreToldWhereItComesFrom) {
