@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The whole chain of `live --recognise semaphore`: picture, mask, face, arms, letter, and a row of Z and Z* of particle
 // states against ten minutes of history; then each stage beside plain OpenCV.
+#include <algorithm>
 #include <atomic>
 #include <ctime>
 #include <functional>
@@ -145,8 +146,53 @@ Run run_chain(Film& film, const std::vector<body::ParticleState>& past, int thre
   return result;
 }
 
+// Nothing but arithmetic, in registers: its tail is the machine's own.
+class ArithmeticStage final : public pipeline::Stage {
+ public:
+  explicit ArithmeticStage(Nanoseconds time) {
+    constexpr std::uint64_t kProbe = 200'000;
+    const pipeline::SteadyClock clock;
+    auto shortest = Nanoseconds::max();
+    for (int i = 0; i < 50; ++i) {
+      const auto start = clock.now();
+      run(kProbe);
+      shortest = std::min(shortest, clock.now() - start);
+    }
+    rounds_ = static_cast<std::uint64_t>(double(kProbe) * to_seconds(time) / to_seconds(shortest));
+  }
+
+  [[nodiscard]] std::string name() const override { return "arithmetic"; }
+  void process(pipeline::Observation&) override { run(rounds_); }
+
+ private:
+  static void run(std::uint64_t rounds) {
+    auto x = sink;
+    for (std::uint64_t i = 0; i < rounds; ++i) x = x * 6364136223846793005U + 1442695040888963407U;
+    sink = x;
+  }
+
+  std::uint64_t rounds_ = 0;
+};
+
+// The latency of a camera's frames on which nothing is done but arithmetic of that length, one thread.
+pipeline::Latency arithmetic_at_pace(Film& film, Nanoseconds time, std::uint64_t frames) {
+  const pipeline::SteadyClock clock;
+  std::vector<std::unique_ptr<pipeline::Stage>> stages;
+  stages.push_back(std::make_unique<ArithmeticStage>(time));
+  film.rewind(frames);
+  pipeline::RunnerOptions options;
+  options.threads = 1;
+  options.queue_capacity = 2;
+  options.at_reader = pipeline::Overflow::kDropOldest;
+  pipeline::PacedSource source(borrowed(film), clock, pipeline::sleep_until);
+  return pipeline::run(source, {}, stages, options, clock, {}).latency;
+}
+
 std::string ms(double seconds) { return fmt::format("{:.2f} ms", 1e3 * seconds); }
 double ms_of(Nanoseconds t) { return 1e3 * to_seconds(t); }
+std::string told(const pipeline::Latency& latency) {
+  return fmt::format("{:.1f} / {:.1f} / {:.1f} ms", ms_of(latency.p50), ms_of(latency.p99), ms_of(latency.max));
+}
 
 void whole(Film& film, const std::vector<body::ParticleState>& past, const Settings& settings, Report& report) {
   const double fps = film.info().nominal_fps;
@@ -164,10 +210,10 @@ void whole(Film& film, const std::vector<body::ParticleState>& past, const Setti
     }
     const auto run = run_chain(film, past, threads, true, settings.quick || settings.smoke ? frames / 2 : frames);
     const auto& latency = run.report.latency;
+    std::string floor;
+    if (fps <= 30) floor = told(arithmetic_at_pace(film, latency.p50, settings.smoke ? 10 : frames / 3));
     report.lines.push_back(
-        {fmt::format("{} at {:.0f} frames/s, p50 / p99 / max", name, fps), "",
-         fmt::format("{:.1f} / {:.1f} / {:.1f} ms", ms_of(latency.p50), ms_of(latency.p99), ms_of(latency.max)), "", "",
-         ""});
+        {fmt::format("{} at {:.0f} frames/s, p50 / p99 / max", name, fps), "", told(latency), floor, "", ""});
     report.lines.push_back({"  dropped, late searches, a row", "",
                             fmt::format("{} of {}, {}, {:.3f} ms", run.report.stages[1].dropped, run.report.frames_read,
                                         run.late, ms_of(run.row)),
@@ -378,7 +424,7 @@ void signals(const Settings& settings, Report& report) {
       kPicture.width, kPicture.height, kNoise, kCapacity));
   report.notes.emplace_back(
       "frames/s: as fast as they go, every search waited for; latency: of a camera, the newest frame wins; late "
-      "searches are void");
+      "searches are void; its limit is a run of arithmetic alone that takes as long as our median");
   report.notes.emplace_back(
       "stages: medians, one core, in turns; a limit is reading as many bytes as must be read or written once");
   std::vector<body::ParticleState> past;
