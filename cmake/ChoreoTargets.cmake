@@ -67,14 +67,15 @@ elseif(CHOREO_SANITIZE MATCHES "address")
     "LSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/cmake/leaks.supp:print_suppressions=0")
 endif()
 
-# choreo_test(NAME [LABELS label] [TIMEOUT seconds] [LIBRARIES_FROM folder] [LIBS libs...] SOURCES ...)
-# Makes a GoogleTest program whose cases CTest runs one by one. Shared libraries that lie in LIBRARIES_FROM stand in for
-# those of the system. The label is unit unless said otherwise. The target unit_tests builds these programs but the
-# end-to-end ones, and threaded_tests those of the label unit_threaded, which are what the thread sanitizer is for.
+# choreo_test(NAME [ALONE] [LABELS label] [TIMEOUT seconds] [LIBRARIES_FROM folder] [LIBS libs...] SOURCES ...)
+# Makes a GoogleTest program whose cases CTest runs one by one; ALONE, where they watch the real clock, with nothing
+# beside them. Shared libraries that lie in LIBRARIES_FROM stand in for those of the system. The label is unit unless
+# said otherwise. The target unit_tests builds these programs but the end-to-end ones, and threaded_tests those of the
+# label unit_threaded, which are what the thread sanitizer is for.
 add_custom_target(unit_tests)
 add_custom_target(threaded_tests)
 function(choreo_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT;LIBRARIES_FROM" "LABELS;LIBS;SOURCES" ${ARGN})
+  cmake_parse_arguments(ARG "ALONE" "TIMEOUT;LIBRARIES_FROM" "LABELS;LIBS;SOURCES" ${ARGN})
   if(NOT ARG_LABELS)
     set(ARG_LABELS unit)
   endif()
@@ -103,5 +104,5 @@ function(choreo_test name)
     set(replaced ENVIRONMENT_MODIFICATION "LD_LIBRARY_PATH=path_list_prepend:${ARG_LIBRARIES_FROM}")
   endif()
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
-    PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT} ${choreo_test_environment} ${replaced})
+    PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT} RUN_SERIAL ${ARG_ALONE} ${choreo_test_environment} ${replaced})
 endfunction()
