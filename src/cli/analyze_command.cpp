@@ -87,9 +87,8 @@ std::string unread_pictures(const devices::SourceInfo& source) {
   std::error_code problem;
   const bool has_settings = !std::filesystem::exists(source.name, problem);
   return fmt::format(
-      "no letter was read: numbered pictures are read as the frames of a video; for separate pictures append "
-      "{}stills=1 "
-      "to SOURCE",
+      "no letter was read: numbered pictures are read as a video's frames; for separate pictures append {}stills=1 to "
+      "SOURCE",
       has_settings ? '&' : '?');
 }
 

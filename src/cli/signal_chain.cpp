@@ -186,9 +186,8 @@ void tell_signs(std::span<const recognition::HeldSign> signs) {
 
 void tell_reading(const SignalChain& chain, const SignalTally& tally, Console& console) {
   if (const auto late = tally.late_start()) console.say(*late);
-  const auto* semaphore = chain.semaphore();
-  if (semaphore->text().empty()) console.say("no letter was read");
-  fmt::print("{}\n", semaphore->text());
+  if (!chain.read_a_letter()) console.say("no letter was read");
+  fmt::print("{}\n", chain.semaphore()->text());
 }
 
 std::string letters_json(const SignalChain& chain) {

@@ -152,9 +152,7 @@ struct Tone {
 
 /// The parts of a tone from its pixels, split where `fit.parts` is more than 1 by k-means over x, y and v from starts
 /// that lie far apart, and weighted by how many pixels each has.
-/// @throws Error (usage) where there are too few pixels for so many parts, or too few of them are like each other for
-/// one
-///   of the parts.
+/// @throws Error (usage) where there are too few pixels for so many parts, or for one of them.
 [[nodiscard]] std::vector<Tone::Part> fitted_parts(std::span<const cv::Vec3b> bgr, const ToneFit& fit = {});
 
 /// Named tones beside the outliers: all that is none of them. Their density is `outlier_density`.
