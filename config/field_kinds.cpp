@@ -18,7 +18,7 @@ std::optional<double> number_of(const toml::node& node) {
   return std::nullopt;
 }
 
-std::string quoted(const std::string& text) {
+std::string toml_string(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') out += '\\';

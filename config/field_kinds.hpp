@@ -20,7 +20,7 @@ namespace choreo::config {
 /// A list of numbers; nothing for what is none.
 [[nodiscard]] std::optional<std::vector<double>> numbers_of(const toml::node& node);
 /// A text as TOML would have it.
-[[nodiscard]] std::string quoted(const std::string& text);
+[[nodiscard]] std::string toml_string(const std::string& text);
 /// Whether a text is valid UTF-8 and says yes to `fits`; nothing where it is no text.
 [[nodiscard]] std::optional<std::string> text_of(const toml::node& node,
                                                  const std::function<bool(const std::string&)>& fits);
@@ -116,7 +116,7 @@ Field text(std::string key, At at, std::function<bool(const std::string&)> fits,
             at(o) = *std::move(value);
             return true;
           },
-          [=](const Options& o) { return quoted(at(const_cast<Options&>(o))); }};
+          [=](const Options& o) { return toml_string(at(const_cast<Options&>(o))); }};
 }
 
 }  // namespace choreo::config

@@ -25,7 +25,7 @@ Field choice(std::string key, Value& (*at)(Options&), std::string first, Value f
             if (word) at(o) = *word == first ? first_value : second_value;
             return word.has_value();
           },
-          [=](const Options& o) { return quoted(at(const_cast<Options&>(o)) == first_value ? first : second); }};
+          [=](const Options& o) { return toml_string(at(const_cast<Options&>(o)) == first_value ? first : second); }};
 }
 
 // Names of tones.
@@ -49,7 +49,7 @@ Field names(std::string key, std::vector<std::string>& (*at)(Options&), std::str
           },
           [=](const Options& o) {
             std::vector<std::string> all;
-            for (const auto& name : at(const_cast<Options&>(o))) all.push_back(quoted(name));
+            for (const auto& name : at(const_cast<Options&>(o))) all.push_back(toml_string(name));
             return fmt::format("[{}]", fmt::join(all, ", "));
           }};
 }

@@ -298,7 +298,7 @@ int live(const LiveOptions& options, Session& session) {
     for (const auto& [name, latency] : monitor.stages()) console.say(latency_line(name, latency));
     console.say(latency_line("end to end", monitor.latency()));
     if (row_cost.full().count > 0) console.say(latency_line("row, full", row_cost.full()));
-    console.say(fmt::format("{} frames, {} dropped", monitor.latency().count, monitor.dropped()));
+    console.say(fmt::format("{}, {} dropped", counted(monitor.latency().count, "frame"), monitor.dropped()));
   };
 
   // Ctrl-C and the window's closing both end the reading.
@@ -407,9 +407,10 @@ int live(const LiveOptions& options, Session& session) {
   if (options.signals.reads()) tell_reading(*chain, tally, console);
   if (summary.run.problem) std::rethrow_exception(summary.run.problem);
   if (ring.size() == 0 && !ended.stop_requested()) {
-    throw usage_error(
-        fmt::format("no frame of \"{}\" is chosen: it has {} frames", summary.source.name, summary.run.frames_read),
-        options.source.span ? "--span " + *options.source.span : "", "choose a span inside the recording");
+    throw usage_error(fmt::format("no frame of \"{}\" is chosen: it has {}", summary.source.name,
+                                  counted(summary.run.frames_read, "frame")),
+                      options.source.span ? "--span " + *options.source.span : "",
+                      "choose a span inside the recording");
   }
   if (recording_problem) std::rethrow_exception(recording_problem);
   return prepared.stop.stop_requested() ? kInterrupted : kDone;
