@@ -13,14 +13,19 @@ set(CHOREO_SANITIZE "" CACHE STRING "Sanitizers for everything built here, such 
 
 find_program(CCACHE ccache)
 if(CCACHE)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+  # It trusts the list of headers that the compiler writes, rather than to preprocess every file first, and what the
+  # precompiled ones define.
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_DEPEND=1
+    CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime ${CCACHE})
 endif()
 
 add_library(choreo_settings INTERFACE)
 target_compile_options(choreo_settings INTERFACE
+  -pthread
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -Wcast-qual -Wimplicit-fallthrough
-  # A false alarm of g++ 12 about std::string (GCC bug 105651).
+  # False alarms of g++ 12 about std::string (GCC bug 105651), some only where its header is precompiled.
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
+  $<$<AND:$<CXX_COMPILER_ID:GNU>,$<BOOL:${CHOREO_PCH}>>:-Wno-array-bounds;-Wno-stringop-overflow;-Wno-stringop-overread>
   # Sums of products must be the same on every machine and at every optimisation level.
   -ffp-contract=off
   $<$<BOOL:${CHOREO_WERROR}>:-Werror>)
@@ -53,6 +58,7 @@ function(choreo_library name)
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/choreoscope>)
   target_compile_features(choreo_${name} PUBLIC cxx_std_20)
   target_link_libraries(choreo_${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:choreo_settings>)
+  choreo_reuse_precompiled(choreo_${name} choreo_library_headers)
 endfunction()
 
 # What the sanitizers are told, so that nobody has to remember it.
@@ -65,6 +71,12 @@ elseif(CHOREO_SANITIZE MATCHES "address")
   # Leaks are looked for by default.
   set(choreo_test_environment ENVIRONMENT
     "LSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/cmake/leaks.supp:print_suppressions=0")
+endif()
+
+# The work is the libraries' and the program's; tests are better compiled soon.
+set(choreo_test_optimisation -O1)
+if(CHOREO_SANITIZE)
+  set(choreo_test_optimisation -O0)
 endif()
 
 # choreo_test(NAME [ALONE] [LABELS label] [TIMEOUT seconds] [LIBRARIES_FROM folder] [LIBS libs...] SOURCES ...)
@@ -85,10 +97,8 @@ function(choreo_test name)
   add_executable(${name} ${ARG_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
   target_link_libraries(${name} PRIVATE ${ARG_LIBS} GTest::gmock GTest::gtest_main choreo_settings)
-  if(CHOREO_SANITIZE)
-    # Compiling tests is what building with sanitizers takes longest for.
-    target_compile_options(${name} PRIVATE -O0)
-  endif()
+  target_compile_options(${name} PRIVATE ${choreo_test_optimisation})
+  choreo_reuse_precompiled(${name} choreo_test_headers)
   if(CHOREO_SANITIZE STREQUAL "thread")
     target_sources(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support/one_worker.cpp)
     target_link_libraries(${name} PRIVATE TBB::tbb OpenCVParts::core)
