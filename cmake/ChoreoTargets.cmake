@@ -16,12 +16,12 @@ if(CCACHE)
   # It trusts the list of headers that the compiler writes, rather than to preprocess every file first, and what the
   # precompiled ones define.
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_DEPEND=1
-    CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime ${CCACHE})
+    CCACHE_SLOPPINESS=pch_defines,time_macros ${CCACHE})
 endif()
 
 add_library(choreo_settings INTERFACE)
 target_compile_options(choreo_settings INTERFACE
-  -pthread
+  -pthread  # Everywhere, since precompiled headers are refused where it defines other macros.
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -Wcast-qual -Wimplicit-fallthrough
   # False alarms of g++ 12 about std::string (GCC bug 105651), some only where its header is precompiled.
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>

@@ -21,6 +21,7 @@
 #include "cli/signal_chain.hpp"
 #include "cli/source_options.hpp"
 #include "cli/take_recording.hpp"
+#include "core/text.hpp"
 #include "outputs/live_window.hpp"
 #include "outputs/signal_overlay.hpp"
 #include "pipeline/pacing.hpp"

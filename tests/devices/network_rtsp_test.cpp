@@ -149,7 +149,7 @@ INSTANTIATE_TEST_SUITE_P(Codecs, NetworkRtspCodec, ::testing::Values("mpeg4", "l
 
 // The sender's clock goes at half the pace of ours: arrivals are 80 ms apart, stamps 40 ms. Where the stamps are heeded
 // the quickest of the first pictures settles where the clocks meet, and a later one had to arrive 40 ms a picture
-// quicker to change that, however busy the machine is.
+// quicker to change that: no busy machine does it.
 TEST_P(NetworkRtspCodec, GivesPicturesInOrderAtTheSendersTimes) {
   if (avcodec_find_encoder_by_name(GetParam()) == nullptr) GTEST_SKIP() << "this FFmpeg has no " << GetParam();
   const RtspSender sender(address_, GetParam(), AV_PIX_FMT_YUV420P, "tcp", 80ms);

@@ -76,28 +76,29 @@ TEST_F(NetworkCamera, WhoeverReadsLateGetsTheNewestPicture) {
   const auto source = open(server.address());
   const auto measure = [&](int count, std::chrono::milliseconds pause) {
     Nanoseconds oldest{0};
-    Nanoseconds youngest_later = Nanoseconds::max();  // In a queue all are old in the end; a pause makes one old.
+    std::size_t least_behind = 1000;  // Pictures sent since: in a queue all are behind, a busy machine delays some.
     Nanoseconds sum{0};
     for (int k = 0; k < count; ++k) {
       std::this_thread::sleep_for(pause);  // The reader is slow, by the real clock.
       const auto frame = read(*source);
       const auto now = clock_.now();
-      if (!frame) return Nanoseconds::max();
+      if (!frame) return least_behind;
       const std::scoped_lock lock(mutex);
-      const auto age = now - sent.at(std::size_t(test::number_of(frame->bgr)));
+      const auto number = std::size_t(test::number_of(frame->bgr));
+      const auto age = now - sent.at(number);
       EXPECT_LE(frame->device_time, now);
       oldest = std::max(oldest, age);
-      if (k >= count / 2) youngest_later = std::min(youngest_later, age);
+      if (k >= count / 2) least_behind = std::min(least_behind, sent.size() - 1 - number);
       sum += age;
     }
     std::printf(
         "multipart JPEG 640x480 at 60 a second, a read every %d ms: age since it was sent: mean %.1f, at most "
         "%.1f ms over %d frames\n",
         int(pause.count()), 1e3 * to_seconds(sum) / count, 1e3 * to_seconds(oldest), count);
-    return youngest_later;
+    return least_behind;
   };
-  EXPECT_LT(measure(8, 300ms), 500ms) << "in a queue it would be a second and more";
-  EXPECT_LT(measure(60, 0ms), 500ms);
+  EXPECT_LE(measure(8, 300ms), 4U) << "in the queue for whoever wants every frame it would be seven";
+  EXPECT_LE(measure(60, 0ms), 4U);
 }
 
 TEST_F(NetworkCamera, AShortPauseLosesNothingWhereEveryFrameIsWanted) {
