@@ -13,10 +13,10 @@ set(CHOREO_SANITIZE "" CACHE STRING "Sanitizers for everything built here, such 
 
 find_program(CCACHE ccache)
 if(CCACHE)
-  # It trusts the list of headers that the compiler writes, rather than to preprocess every file first, and what the
-  # precompiled ones define.
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_DEPEND=1
-    CCACHE_SLOPPINESS=pch_defines,time_macros ${CCACHE})
+  # Depend mode trusts the compiler's own list of headers and skips the preprocessor. Paths below the checkout are made
+  # relative and the working directory is left out of the hash, so that another checkout elsewhere finds everything.
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_DEPEND=1 CCACHE_SLOPPINESS=pch_defines,time_macros
+    CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1 ${CCACHE})
 endif()
 
 add_library(choreo_settings INTERFACE)
