@@ -15,7 +15,7 @@
 namespace choreo::config {
 namespace {
 
-constexpr std::uintmax_t kMostBytes = 256U << 20;
+constexpr std::uintmax_t kMostTableBytes = 256U << 20;
 constexpr std::size_t kMostColumns = 64;
 constexpr auto kColumnsHint = "say what the columns are, such as --columns B,G,R,label, with - for others";
 
@@ -147,7 +147,7 @@ ColourTable parse_colour_table(std::string_view text, const std::string& name, c
 }
 
 ColourTable load_colour_table(const std::filesystem::path& path, const std::string& columns) {
-  return parse_colour_table(read_text_file(path, kMostBytes, "table of colours"), path.string(), columns);
+  return parse_colour_table(read_text_file(path, kMostTableBytes, "table of colours"), path.string(), columns);
 }
 
 }  // namespace choreo::config

@@ -19,7 +19,7 @@
 namespace choreo::config {
 namespace {
 
-constexpr std::uintmax_t kMostBytes = 1U << 20;
+constexpr std::uintmax_t kMostConfigBytes = 1U << 20;
 
 const Field* find(const std::string& key) {
   const auto& fields = schema();
@@ -56,7 +56,7 @@ std::vector<std::string> known_keys() {
   throw usage_error(what, where, "`choreoscope config show` lists every setting");
 }
 
-std::string text_of(const toml::node& node) {
+std::string written(const toml::node& node) {
   std::ostringstream out;
   if (const auto* s = node.as_string()) return "\"" + shortened(s->get()) + "\"";
   node.visit([&](const auto& value) { out << value; });
@@ -67,7 +67,7 @@ std::string text_of(const toml::node& node) {
 
 void apply(Options& options, const Field& field, const toml::node& node, const std::string& where) {
   if (field.set(options, node)) return;
-  throw usage_error(fmt::format("{} is {}", field.key, text_of(node)), where,
+  throw usage_error(fmt::format("{} is {}", field.key, written(node)), where,
                     fmt::format("{} is {}", field.key, field.range));
 }
 
@@ -89,11 +89,11 @@ void Config::load_file(const std::filesystem::path& path) {
   if (!file) throw usage_error("the configuration file cannot be read", name);
   std::string text;
   // Read, not asked for: a pipe has no size.
-  std::vector<char> buffer(kMostBytes + 1);
+  std::vector<char> buffer(kMostConfigBytes + 1);
   file.read(buffer.data(), std::streamsize(buffer.size()));
   text.assign(buffer.data(), std::size_t(file.gcount()));
   if (file.bad()) throw usage_error("the configuration file cannot be read", name);
-  if (text.size() > kMostBytes) throw usage_error("is larger than 1 MiB: no configuration file", name);
+  if (text.size() > kMostConfigBytes) throw usage_error("is larger than 1 MiB: no configuration file", name);
   load_text(text, name);
 }
 

@@ -21,7 +21,7 @@ namespace {
 using vision::GaussianTone;
 using vision::HistogramTone;
 
-constexpr std::uintmax_t kMostBytes = 4U << 20;
+constexpr std::uintmax_t kMostTonesBytes = 4U << 20;
 constexpr std::size_t kMostTones = 64;
 constexpr std::size_t kMostParts = 16;
 constexpr auto kWhatItIs = "a tones file is what `choreoscope tones train` writes";
@@ -237,7 +237,7 @@ vision::ToneSet parse_tones(std::string_view text, const std::string& name) {
 }
 
 vision::ToneSet load_tones(const std::filesystem::path& path) {
-  return parse_tones(read_text_file(path, kMostBytes, "tones file"), path.string());
+  return parse_tones(read_text_file(path, kMostTonesBytes, "tones file"), path.string());
 }
 
 std::string print_tones(const vision::ToneSet& tones, const std::string& made_by) {

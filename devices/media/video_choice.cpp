@@ -10,11 +10,6 @@
 #include "core/error.hpp"
 
 namespace choreo::devices {
-namespace {
-
-constexpr const char* kWhatIsAVideo = "give a video that FFmpeg can play, such as clip.mp4 or clip.mkv";
-
-}  // namespace
 
 VideoChoice choose_video(AVFormatContext& container, const std::string& name) {
   const auto rank = [](const AVStream& s) {

@@ -8,6 +8,8 @@
 
 namespace choreo::devices {
 
+inline constexpr const char* kWhatIsAVideo = "give a video that FFmpeg can play, such as clip.mp4 or clip.mkv";
+
 struct VideoChoice {
   AVStream* stream = nullptr;
   const AVCodec* codec = nullptr;  ///< That decodes it.

@@ -15,8 +15,6 @@
 namespace choreo::devices {
 namespace {
 
-constexpr const char* kWhatIsAVideo = "give a video that FFmpeg can play, such as clip.mp4 or clip.mkv";
-
 int should_interrupt(void* watch) {
   const auto& w = *static_cast<const Watch*>(watch);
   return w.stopped() || w.timed_out() ? 1 : 0;

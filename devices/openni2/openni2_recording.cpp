@@ -21,7 +21,7 @@
 namespace choreo::devices::openni2 {
 namespace {
 
-constexpr std::string_view kMagic = "NI10";
+constexpr std::string_view kRecordingMagic = "NI10";
 constexpr Nanoseconds kSlice = std::chrono::milliseconds(50);  // How late a request to stop is seen.
 
 // Without waiting, should it be a pipe.
@@ -35,9 +35,9 @@ bool is_plain_file(const Descriptor& file) {
 }
 
 bool begins_as_recording(const Descriptor& file) {
-  std::array<char, kMagic.size()> begin{};
+  std::array<char, kRecordingMagic.size()> begin{};
   return ::pread(file.number(), begin.data(), begin.size(), 0) == static_cast<ssize_t>(begin.size()) &&
-         std::string_view(begin.data(), begin.size()) == kMagic;
+         std::string_view(begin.data(), begin.size()) == kRecordingMagic;
 }
 
 Descriptor checked(const std::string& path) {

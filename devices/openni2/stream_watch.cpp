@@ -9,7 +9,7 @@
 namespace choreo::devices::openni2 {
 namespace {
 
-constexpr double kUsualRate = 30;  // Where a stream declares none.
+constexpr double kUsualFps = 30;  // Where a stream declares none.
 
 }  // namespace
 
@@ -37,7 +37,7 @@ void StreamWatch::heard(std::size_t stream, std::uint64_t pictures, Nanoseconds 
 
 Nanoseconds StreamWatch::longest_silence(const Stream& stream) const {
   if (stream.pictures == 0) return limits_.first_frame;
-  const double fps = stream.mode.fps > 0 ? stream.mode.fps : kUsualRate;
+  const double fps = stream.mode.fps > 0 ? stream.mode.fps : kUsualFps;
   return std::clamp(from_seconds(limits_.silent_frames / fps), limits_.least_silence, limits_.most_silence);
 }
 

@@ -12,15 +12,12 @@
 #include "devices/synthetic/brush.hpp"
 #include "devices/synthetic/chance.hpp"
 #include "devices/synthetic/head.hpp"
+#include "devices/synthetic/look.hpp"
 
 namespace choreo::devices::synthetic {
 namespace {
 
 using Colour = cv::Vec3f;
-
-Colour rgb(int red, int green, int blue) {
-  return {static_cast<float>(blue), static_cast<float>(green), static_cast<float>(red)};
-}
 
 Colour between(const Colour& a, const Colour& b, float share) { return a * (1 - share) + b * share; }
 

@@ -11,11 +11,6 @@
 namespace choreo::devices::synthetic {
 namespace {
 
-// Written red green blue, as one reads colours elsewhere.
-cv::Vec3f rgb(int red, int green, int blue) {
-  return {static_cast<float>(blue), static_cast<float>(green), static_cast<float>(red)};
-}
-
 struct Room {
   cv::Vec3f wall, panel, floor;
 };

@@ -25,6 +25,11 @@ struct Look {
   bool flags = false;  ///< One in each hand.
 };
 
+/// A colour written red green blue, as one reads colours elsewhere.
+[[nodiscard]] inline cv::Vec3f rgb(int red, int green, int blue) {
+  return {static_cast<float>(blue), static_cast<float>(green), static_cast<float>(red)};
+}
+
 /// The six tones that `skin=` names, from very light to dark.
 [[nodiscard]] std::span<const cv::Vec3f> skin_tones();
 

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "cli/commands.hpp"
 #include "cli/kept_states.hpp"
@@ -35,7 +36,7 @@ struct AnalyzeOptions {
   [[nodiscard]] bool saves(const char* what) const { return std::find(save.begin(), save.end(), what) != save.end(); }
 };
 
-constexpr auto kManual = R"(
+constexpr auto kAnalyzeManual = R"(
 What it writes into DIR:
   plot.png       Z in red and Z* in cyan, time to the right and down; white on
                  the diagonal is a mirror-symmetric pose, red an asymmetric one
@@ -211,7 +212,7 @@ void declare_analyze(CLI::App& app, Command& chosen) {
       ->type_name("WHAT")
       ->allow_extra_args(false)
       ->check(CLI::IsMember({"masks", "particles"}));
-  command->footer(kManual);
+  command->footer(kAnalyzeManual);
   command->callback(
       [options, &chosen] { chosen = [options](Session& session) { return analyze(*options, session); }; });
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "body/particle_calibration.hpp"
 #include "cli/commands.hpp"
@@ -32,7 +33,7 @@ struct CalibrateOptions {
   std::string out;
 };
 
-constexpr auto kManual = R"(
+constexpr auto kCalibrateManual = R"(
 The performer looks at the camera for three seconds, with bare forearms, and
 then stretches both arms to the sides, up and down, for a second or two each. A
 device is watched for 30 s, or until Ctrl-C or as long as --span says; a
@@ -211,7 +212,7 @@ void declare_calibrate(CLI::App& app, Command& chosen) {
       ->add_option("-o,--out", options->out, "the settings to write, as TOML; folders are made where they are missing")
       ->required()
       ->type_name("FILE");
-  command->footer(kManual);
+  command->footer(kCalibrateManual);
   command->callback(
       [options, &chosen] { chosen = [options](Session& session) { return calibrate(*options, session); }; });
 }

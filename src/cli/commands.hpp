@@ -4,10 +4,12 @@
 
 #include <functional>
 
-#include <CLI/CLI.hpp>
-
 #include "cli/console.hpp"
 #include "cli/interrupt.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace choreo::cli {
 

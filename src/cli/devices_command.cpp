@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.hpp"
@@ -24,7 +25,7 @@ using devices::DeviceMode;
 using devices::DeviceSetting;
 using nlohmann::ordered_json;
 
-constexpr auto kManual = R"(
+constexpr auto kDevicesManual = R"(
 A line a device is the SOURCE that opens it, by a name that stays when it is
 plugged in elsewhere or among others. Below it: its name, its modes, its
 controls with their ranges and present values, and what else can be set, with
@@ -166,7 +167,7 @@ void declare_devices(CLI::App& app, Command& chosen) {
   auto as_json = std::make_shared<bool>(false);
   auto* command = app.add_subcommand("devices", "list the cameras and depth cameras that are plugged in");
   command->add_flag("--json", *as_json, "for programs");
-  command->footer(kManual);
+  command->footer(kDevicesManual);
   command->callback([as_json, &chosen] { chosen = [as_json](Session&) { return list_devices(*as_json); }; });
 }
 

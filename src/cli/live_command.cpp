@@ -10,6 +10,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "cli/commands.hpp"
@@ -43,7 +44,7 @@ struct LiveOptions {
   std::string record;
 };
 
-constexpr auto kManual = R"(
+constexpr auto kLiveManual = R"(
 Every frame is compared with the frames of the last minutes, once for Z and Z*
 together, and the triangle in the window scrolls. Settings that differ from
 those of analyze: working.rows is 120 (480 where arms are looked at) and
@@ -434,7 +435,7 @@ void declare_live(CLI::App& app, Command& chosen) {
                   ->type_name("DIR");
   auto* record =
       command->add_option("--record", options->record, "record what the source gives, in .mkv")->type_name("TAKE");
-  command->footer(kManual);
+  command->footer(kLiveManual);
   command->callback([options, out, record, &chosen] {
     if (out->count() > 0 && options->out.empty()) throw usage_error("is empty", "--out", "name the folder to write to");
     if (record->count() > 0 && options->record.empty()) throw usage_error("is empty", "--record", "name a file");

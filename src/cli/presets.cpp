@@ -12,12 +12,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Beside the installed program, else where it was built.
+// At the same place beside the installed program and the built one.
 fs::path preset_folder() {
   std::error_code problem;
-  const auto program = fs::read_symlink("/proc/self/exe", problem);
-  const auto installed = program.parent_path() / CHOREO_PRESETS_FROM_BIN;
-  return !problem && fs::is_directory(installed, problem) ? installed : fs::path(CHOREO_SOURCE_PRESETS);
+  return (fs::read_symlink("/proc/self/exe", problem).parent_path() / CHOREO_PRESETS_FROM_BIN).lexically_normal();
 }
 
 }  // namespace

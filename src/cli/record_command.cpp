@@ -10,6 +10,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "cli/commands.hpp"
 #include "cli/device_news.hpp"
@@ -34,7 +35,7 @@ struct RecordOptions {
   std::string only_of_takes;  // An option that was given and makes no sense for a dump.
 };
 
-constexpr auto kManual = R"(
+constexpr auto kRecordManual = R"(
 What the device gives is stored, never converted: JPEG packets as they are, raw
 pictures and depth without loss, with the exact time and number of every frame.
 The take is a Matroska file that any player shows. While it is being recorded it
@@ -270,7 +271,7 @@ void declare_record(CLI::App& app, Command& chosen) {
   command->add_option("--duration", options->duration, "end after so long: 10s, 2min (default: at the source's end)")
       ->type_name("T");
   auto* force = command->add_flag("--force", options->force, "replace a finished take of this name");
-  command->footer(kManual);
+  command->footer(kRecordManual);
   command->callback([options, streams, codec, force, &chosen] {
     for (const auto* option : {streams, codec, force}) {
       if (option->count() > 0) options->only_of_takes = option->get_name();

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "config/tones_file.hpp"
 #include "outputs/letters_json.hpp"

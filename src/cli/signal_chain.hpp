@@ -11,8 +11,6 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include "cli/console.hpp"
 #include "config/options.hpp"
 #include "outputs/signal_overlay.hpp"
@@ -20,6 +18,10 @@
 #include "pipeline/stages/face_stage.hpp"
 #include "pipeline/stages/particle_stage.hpp"
 #include "pipeline/stages/semaphore_stage.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace choreo::cli {
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/source_options.hpp"
 
+#include <CLI/CLI.hpp>
+
 #include "cli/presets.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"

@@ -7,10 +7,12 @@
 #include <utility>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include "config/config.hpp"
 #include "pipeline/frame_selection.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace choreo::cli {
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.hpp"
@@ -23,7 +24,7 @@ struct SynthOptions {
   std::string out;
 };
 
-constexpr auto kManual = R"(
+constexpr auto kSynthManual = R"(
 SCRIPT is a name with settings behind it, as in synthetic://SCRIPT:
   choreoscope synth 'jumping-jacks?size=640x480&fps=30&seed=1&noise=3' -o jacks.mkv
 writes jacks.mkv (FFV1, without loss), jacks.masks.mkv (the true silhouette) and
@@ -141,7 +142,7 @@ void declare_synth(CLI::App& app, Command& chosen) {
   }
   command->add_option("SCRIPT", options->script, "what is performed, with settings: walking?seed=2")->required();
   command->add_option("-o,--out", options->out, "the clip to write, .mkv or .mp4")->required()->type_name("CLIP");
-  command->footer(std::string(kManual) + "\n\nScripts:" + scripts);
+  command->footer(std::string(kSynthManual) + "\n\nScripts:" + scripts);
   command->callback([options, &chosen] { chosen = [options](Session& session) { return synth(*options, session); }; });
 }
 

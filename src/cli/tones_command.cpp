@@ -12,6 +12,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 #include <opencv2/core.hpp>
 
 #include "cli/commands.hpp"

@@ -13,7 +13,7 @@ namespace {
 
 // So many bytes of a block's strings are worked through at a time: those of the block (32 columns, 32 rows, of every
 // row two) stay in the second cache, those of four rows in the first.
-constexpr std::size_t kBlock = 32;
+constexpr std::size_t kBitBlock = 32;
 constexpr std::size_t kRowsAtATime = 4;
 constexpr std::size_t kChunk = 2048;
 
@@ -99,14 +99,14 @@ void MaskBits::compare(Range rows, Range cols, MatrixView<float> z, MatrixView<f
     std::array<std::uint32_t, 2> common;
   };
   std::vector<Pair> pairs;
-  pairs.reserve(kBlock * kBlock);
+  pairs.reserve(kBitBlock * kBitBlock);
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
-  for (std::size_t i0 = rows.begin; i0 < rows.end; i0 += kBlock) {
-    for (std::size_t j0 = cols.begin; j0 < cols.end; j0 += kBlock) {
+  for (std::size_t i0 = rows.begin; i0 < rows.end; i0 += kBitBlock) {
+    for (std::size_t j0 = cols.begin; j0 < cols.end; j0 += kBitBlock) {
       pairs.clear();
-      const Range block_rows{i0, std::min(i0 + kBlock, rows.end)};
-      const Range block_cols{j0, std::min(j0 + kBlock, cols.end)};
+      const Range block_rows{i0, std::min(i0 + kBitBlock, rows.end)};
+      const Range block_cols{j0, std::min(j0 + kBitBlock, cols.end)};
       for (auto i1 = block_rows.begin; i1 < block_rows.end; i1 += kRowsAtATime) {
         for (auto j = block_cols.begin; j < block_cols.end; ++j) {
           for (auto i = i1; i < std::min(i1 + kRowsAtATime, block_rows.end); ++i) {

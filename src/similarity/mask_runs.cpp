@@ -10,7 +10,7 @@
 namespace choreo::similarity {
 namespace {
 
-constexpr std::size_t kBlock = 2 * kRunLanes;       // States among which the columns are sorted.
+constexpr std::size_t kRunBlock = 2 * kRunLanes;    // States among which the columns are sorted.
 constexpr std::size_t kSumsBytes = 256 * 1024;      // About half of a second cache.
 constexpr std::size_t kMostLineBytes = 0xFFFF / 8;  // A line's count must fit 16 bits.
 constexpr std::size_t kWays = 4;                    // Straight, and mirrored with sigma = -1, 0, 1.
@@ -37,12 +37,12 @@ MaskRuns::MaskRuns(MaskStates states, std::shared_ptr<const MaskTable> table, An
   }
 
   const auto none = static_cast<std::uint32_t>(states.size());
-  const auto blocks = (states.size() + kBlock - 1) / kBlock;
-  lanes_.assign(blocks * kBlock, none);
+  const auto blocks = (states.size() + kRunBlock - 1) / kRunBlock;
+  lanes_.assign(blocks * kRunBlock, none);
   std::iota(lanes_.begin(), lanes_.begin() + std::ptrdiff_t(states.size()), 0U);
   for (std::size_t block = 0; block < blocks; ++block) {
-    const auto begin = lanes_.begin() + std::ptrdiff_t(block * kBlock);
-    const auto end = begin + kBlock;
+    const auto begin = lanes_.begin() + std::ptrdiff_t(block * kRunBlock);
+    const auto end = begin + kRunBlock;
     // Gaps take no part: to the end with them.
     const auto bodies = std::stable_partition(begin, end, [&](auto i) { return i < none && table_->has_body(i); });
     std::stable_sort(begin, bodies, [&](auto a, auto b) {
@@ -181,8 +181,8 @@ void MaskRuns::compare(Range rows, Range cols, MatrixView<float> z, MatrixView<f
   }
   if (rows.size() == 0 || cols.size() == 0 || chunks_ == 0) return;
   Group one(*this, rows);
-  const auto first = cols.begin / kBlock * kBlock / kRunLanes;
-  const auto end = (cols.end + kBlock - 1) / kBlock * kBlock / kRunLanes;
+  const auto first = cols.begin / kRunBlock * kRunBlock / kRunLanes;
+  const auto end = (cols.end + kRunBlock - 1) / kRunBlock * kRunBlock / kRunLanes;
   for (auto group = first; group < end; ++group) one.compare(group, cols, z, zstar);
 }
 

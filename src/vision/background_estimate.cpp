@@ -23,7 +23,7 @@ namespace {
 
 constexpr double kLeastThreshold = 10.0;    // Grey levels; compression and rounding alone reach half of it.
 constexpr double kThresholdPerNoise = 5.0;  // Beyond this many standard deviations a pixel is not the sensor's noise.
-constexpr double kBodyShare = 0.005;        // Of the picture; less is no body.
+constexpr double kLeastBody = 0.005;        // Of the picture; less is no body.
 
 // Median of half-normal noise over its standard deviation lies between 0.67 (channels in step) and 0.8 (independent).
 constexpr double kMedianPerNoise = 0.75;
@@ -116,7 +116,7 @@ cv::Mat grey_of(const cv::Mat& picture) {
 // Takes from `other` every region in which it differs from `plate` and has the weaker outline.
 void take_unoutlined(cv::Mat& plate, const cv::Mat& other, double threshold) {
   cv::Mat differing = annealed(foreground(other, plate, threshold), 2);
-  differing = without_specks(differing, static_cast<int>(kBodyShare / 5 * double(plate.total())) + 1, false);
+  differing = without_specks(differing, static_cast<int>(kLeastBody / 5 * double(plate.total())) + 1, false);
   cv::Mat labels;
   const int count = cv::connectedComponents(differing, labels, 8, CV_32S, cv::CCL_SAUF);
   const cv::Mat square = cv::getStructuringElement(cv::MORPH_RECT, {3, 3});
@@ -175,7 +175,7 @@ BackgroundEstimate judge_plate(const cv::Mat& plate, std::span<const cv::Mat> pi
   for (std::size_t k = 0; k < pictures.size(); ++k) {
     const cv::Mat mask = without_specks(annealed(foreground(pictures[k], lit[k], threshold), 2), speck, false);
     ever |= mask;
-    if (share(mask) < kBodyShare) {
+    if (share(mask) < kLeastBody) {
       bare = 255;
       continue;
     }
@@ -211,7 +211,7 @@ BackgroundEstimate with_inferred_wall(BackgroundEstimate estimate, std::span<con
   for (const auto k : drawn) alike.push_back(ToneCurve(pictures[k], estimate.plate).apply(pictures[k]));
   const auto wall = infer_wall(alike, estimate.noise);
   if (!estimate.uncertain()) {
-    if (share(wall.unseen) < kBodyShare || !improves(estimate, wall)) return estimate;
+    if (share(wall.unseen) < kLeastBody || !improves(estimate, wall)) return estimate;
   }
   return with_wall(std::move(estimate), wall);
 }
@@ -219,7 +219,7 @@ BackgroundEstimate with_inferred_wall(BackgroundEstimate estimate, std::span<con
 bool improves(const BackgroundEstimate& estimate, const InferredWall& wall) {
   cv::Mat better = estimate.plate.clone();
   take_unoutlined(better, wall.plate, threshold_of(estimate.noise));
-  return share(foreground(better, estimate.plate, threshold_of(estimate.noise))) >= kBodyShare;
+  return share(foreground(better, estimate.plate, threshold_of(estimate.noise))) >= kLeastBody;
 }
 
 BackgroundEstimate with_wall(BackgroundEstimate estimate, const InferredWall& wall) {

@@ -28,7 +28,7 @@ constexpr double kBodyShare = 0.005;     // of the pixels: a smaller body is non
 constexpr double kWidestBody = 1.0 / 3;  // of the picture's width
 constexpr double kNarrowGap = 1.0 / 40;  // likewise: what shows of the room in less tells nothing
 constexpr double kStandsOut_mm = 150.0;  // what was never seen behind is nearer than the room beside it
-constexpr double kGoesOn_mm = 100.0;     // neighbours on one body differ by less
+constexpr double kOneBody_mm = 100.0;    // neighbours on one body differ by less
 constexpr double kTouchingShare = 0.25;  // of the pictures,
 constexpr double kAlwaysTouching = 0.9;  // or, where some show no body, of those that do
 constexpr int kTouchingPixels = 2;
@@ -105,7 +105,7 @@ int label_surfaces(const cv::Mat1b& where, const cv::Mat1w& depth, cv::Mat1i& la
         for (const auto& step : kNeighbours) {
           const auto q = p + step;
           if (!all.contains(q) || where(q) == 0 || labels(q) != 0) continue;
-          if (std::abs(int(depth(q)) - int(depth(p))) > kGoesOn_mm) continue;
+          if (std::abs(int(depth(q)) - int(depth(p))) > kOneBody_mm) continue;
           labels(q) = count;
           open.push_back(q);
         }
@@ -127,7 +127,7 @@ void count_touching(const cv::Mat1i& labels, const cv::Mat1w& picture, const cv:
       const bool goes_on = std::any_of(kNeighbours.begin(), kNeighbours.end(), [&](const cv::Point& step) {
         const auto q = p + step;
         return all.contains(q) && moving(q) != 0 && picture(q) != 0 &&
-               std::abs(int(picture(q)) - int(picture(p))) <= kGoesOn_mm;
+               std::abs(int(picture(q)) - int(picture(p))) <= kOneBody_mm;
       });
       if (goes_on) ++pixels[std::size_t(labels(p))];
     }

@@ -19,7 +19,7 @@ constexpr double kDamping_s = 0.15;    // Velocities die away in this time.
 constexpr double kOthersStay_s = 10;   // Faces beside the performer's are looked for rarely.
 constexpr int kCandidateMisses = 3;    // Searches in vain that end a face which does not count yet.
 constexpr int kOtherMisses = 8;        // And one that counts but is not the performer's.
-constexpr double kReach = 0.7;         // Face widths from where it was expected ...
+constexpr double kStillReach = 0.7;    // Face widths from where it was expected ...
 constexpr double kReachPerSecond = 4;  // ... and for each second since.
 constexpr double kReachGrows_s = 1;    // At most; or as long as a face coasts.
 constexpr double kAlikeWidths = 1.5;   // Ratio.
@@ -27,7 +27,9 @@ constexpr double kMovedBy = 0.6;       // Face widths; a detector's jitter on a 
 constexpr double kOnBody = 0.3;        // Share of a face's box that the body mask has to cover.
 constexpr double kLargerBy = 1.2;      // Before the larger one of two is another.
 
-double reach(double width, double unseen_s) { return width * (kReach + kReachPerSecond * std::max(0.0, unseen_s)); }
+double reach(double width, double unseen_s) {
+  return width * (kStillReach + kReachPerSecond * std::max(0.0, unseen_s));
+}
 
 bool alike(double a, double b) { return a < b * kAlikeWidths && b < a * kAlikeWidths; }
 

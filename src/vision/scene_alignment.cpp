@@ -13,20 +13,20 @@
 namespace choreo::vision {
 namespace {
 
-constexpr int kSmallest = 32;      // Of a picture's side.
-constexpr int kCoarseSide = 80;    // Of the copy on which every candidate is tried.
-constexpr int kFineSide = 640;     // No level is finer: more pixels do not tell more about four numbers.
-constexpr int kSketchSide = 40;    // Where a turn by 3 degrees moves the rim by a pixel.
-constexpr double kReach = 0.06;    // Of the side, for shifts.
-constexpr std::size_t kTried = 5;  // Candidates.
-constexpr int kSteps = 20;         // At most, a level.
-constexpr double kNoise = 5;       // Grey levels: contrast below it is not made larger.
-constexpr double kContrast = 20;   // Standard deviation of what has been evened.
-constexpr double kTextured = 6;    // The same of a block that tells anything.
-constexpr int kBlock = 32;         // Pixels of the finest level.
-constexpr int kCells = 3;          // Of the picture, along each side.
-constexpr int kLeastOfCell = 3;    // Textured blocks.
-constexpr double kSame = 0.8;      // Correlation of a block with itself in another picture; of chance about 0.1.
+constexpr int kSmallest = 32;         // Of a picture's side.
+constexpr int kCoarseSide = 80;       // Of the copy on which every candidate is tried.
+constexpr int kFineSide = 640;        // No level is finer: more pixels do not tell more about four numbers.
+constexpr int kSketchSide = 40;       // Where a turn by 3 degrees moves the rim by a pixel.
+constexpr double kShiftReach = 0.06;  // Of the side, for shifts.
+constexpr std::size_t kTried = 5;     // Candidates.
+constexpr int kSteps = 20;            // At most, a level.
+constexpr double kNoise = 5;          // Grey levels: contrast below it is not made larger.
+constexpr double kContrast = 20;      // Standard deviation of what has been evened.
+constexpr double kTextured = 6;       // The same of a block that tells anything.
+constexpr int kBlock = 32;            // Pixels of the finest level.
+constexpr int kCells = 3;             // Of the picture, along each side.
+constexpr int kLeastOfCell = 3;       // Textured blocks.
+constexpr double kSame = 0.8;         // Correlation of a block with itself in another picture; of chance about 0.1.
 constexpr double kLeastAgreement = 0.25;
 constexpr int kLeastBlocks = 8;  // That agree.
 
@@ -107,8 +107,8 @@ double cost_of(const cv::Mat& reference, const cv::Mat& picture, int dx, int dy)
 // Tries every candidate on the coarsest level: the best shift of each scale and turn, the best of these first.
 std::vector<Candidate> candidates_of(const Level& level) {
   const auto size = level.reference.size();
-  const int reach_x = std::max(1, int(std::ceil(kReach * size.width)));
-  const int reach_y = std::max(1, int(std::ceil(kReach * size.height)));
+  const int reach_x = std::max(1, int(std::ceil(kShiftReach * size.width)));
+  const int reach_y = std::max(1, int(std::ceil(kShiftReach * size.height)));
   std::vector<Candidate> out;
   for (const double scale : {0.0, -0.016, 0.016, -0.032, 0.032}) {
     for (const double turn : {0.0, -0.018, 0.018, -0.036, 0.036}) {
@@ -260,8 +260,8 @@ SceneSketch::SceneSketch(const cv::Mat& picture) {
 
 double SceneSketch::likeness(const SceneSketch& other) const {
   if (detail_.size() != other.detail_.size()) return 0;
-  const int reach_x = int(std::ceil(kReach * detail_.cols));
-  const int reach_y = int(std::ceil(kReach * detail_.rows));
+  const int reach_x = int(std::ceil(kShiftReach * detail_.cols));
+  const int reach_y = int(std::ceil(kShiftReach * detail_.rows));
   double best = -1;
   for (int dy = -reach_y; dy <= reach_y; ++dy) {
     for (int dx = -reach_x; dx <= reach_x; ++dx) {

@@ -22,9 +22,9 @@ constexpr float kStep = 0.20F;  // How much the ratio may change across a window
 constexpr int kWindow = 5;
 constexpr float kOutline = 0.115F;    // How much it changes in the mean along the outline of clothes.
 constexpr double kPartShare = 0.003;  // Of the picture: a smaller part's outline is too short to be judged by its mean.
-constexpr int kBlur = 5;              // The texture of a floor and the sensor's noise must not look like steps.
+constexpr int kTextureBlur = 5;       // The texture of a floor and the sensor's noise must not look like steps.
 constexpr float kColour = 0.10F;      // How much a channel's ratio may be off.
-constexpr float kLevels = 4.0F;       // And in grey levels: rounding and compression.
+constexpr float kRounding = 4.0F;     // And in grey levels: rounding and compression.
 constexpr int kRowsAtATime = 32;      // Fewer cost more to hand out than they save.
 
 // The pixels of `soft` within `mask` that can be reached from outside it.
@@ -148,10 +148,10 @@ cv::Mat without_soft_light(const cv::Mat& mask, const cv::Mat& picture, const cv
   cv::Mat before;
   tbb::parallel_invoke(
       [&] {
-        cv::blur(picture(box), now, {kBlur, kBlur});
+        cv::blur(picture(box), now, {kTextureBlur, kTextureBlur});
       },
       [&] {
-        cv::blur(background(box), before, {kBlur, kBlur});
+        cv::blur(background(box), before, {kTextureBlur, kTextureBlur});
       });
 
   const cv::Mat window = cv::getStructuringElement(cv::MORPH_RECT, {kWindow, kWindow});
@@ -171,11 +171,11 @@ cv::Mat without_soft_light(const cv::Mat& mask, const cv::Mat& picture, const cv
         const float sum_now = 0.114F * n[0] + 0.587F * n[1] + 0.299F * n[2];
         const float sum_before = 0.114F * b[0] + 0.587F * b[1] + 0.299F * b[2];
         // Some levels of both: without them the ratio of two dark pixels is noise.
-        const float q = (sum_now + kLevels) / (sum_before + kLevels);
+        const float q = (sum_now + kRounding) / (sum_before + kRounding);
         r[x] = q;
         // Without branches: on clothes they go either way.
         int same = int(q >= kDarkest) & int(q <= kBrightest);
-        for (int c = 0; c < 3; ++c) same &= int(std::abs(n[c] - q * b[c]) <= kLevels + kColour * b[c]);
+        for (int c = 0; c < 3; ++c) same &= int(std::abs(n[c] - q * b[c]) <= kRounding + kColour * b[c]);
         l[x] = static_cast<std::uint8_t>(-same);
       }
     });

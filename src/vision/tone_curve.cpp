@@ -17,7 +17,7 @@ namespace {
 constexpr int kLevels = 16;  // Grey levels a range.
 constexpr int kRanges = 256 / kLevels;
 
-constexpr int kReach = 4;            // Grey levels: a peak's half width, for noise and texture.
+constexpr int kPeakReach = 4;        // Grey levels: a peak's half width, for noise and texture.
 constexpr double kLeastShare = 0.3;  // Of a range's pixels that must have done alike.
 
 // How much the pixels of a range changed, and the sum of what they were.
@@ -41,7 +41,8 @@ Peak commonest_change(const Seen& seen, int least, int most) {
   int at = first - 1;
   for (int i = first; i <= last; ++i) {
     std::uint64_t count = 0;
-    for (int k = std::max(0, i - kReach); k <= std::min(510, i + kReach); ++k) count += seen.change[std::size_t(k)];
+    for (int k = std::max(0, i - kPeakReach); k <= std::min(510, i + kPeakReach); ++k)
+      count += seen.change[std::size_t(k)];
     if (count > best.count) {
       best.count = count;
       at = i;
@@ -49,7 +50,7 @@ Peak commonest_change(const Seen& seen, int least, int most) {
   }
   if (best.count == 0) return best;
   double weighted = 0;
-  for (int k = std::max(0, at - kReach); k <= std::min(510, at + kReach); ++k) {
+  for (int k = std::max(0, at - kPeakReach); k <= std::min(510, at + kPeakReach); ++k) {
     weighted += double(seen.change[std::size_t(k)]) * (k - 255);
   }
   best.change = weighted / double(best.count);

@@ -11,6 +11,7 @@
 
 #include "config/schema.hpp"
 #include "support/frames.hpp"
+#include "support/places.hpp"
 #include "support/temp_folder.hpp"
 
 namespace choreo::config {
@@ -289,7 +290,7 @@ TEST_F(ConfigFile, APictureIsNoConfiguration) {
 }
 
 TEST(Presets, EveryOneOfThemLoadsSaysWhatItIsForAndIsInRange) {
-  const auto folder = std::filesystem::path(CHOREO_PROJECT_ROOT) / "config" / "presets";
+  const auto folder = std::filesystem::path(test::project_file("config/presets"));
   int found = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     if (entry.path().extension() != ".toml") continue;
@@ -306,7 +307,7 @@ TEST(Presets, EveryOneOfThemLoadsSaysWhatItIsForAndIsInRange) {
 
 TEST(Presets, TheDefaultOneChangesNothing) {
   Config config;
-  config.load_file(std::filesystem::path(CHOREO_PROJECT_ROOT) / "config" / "presets" / "default.toml");
+  config.load_file(test::project_file("config/presets/default.toml"));
   for (const auto& field : schema()) EXPECT_EQ(field.print(config.options()), field.print(Options{})) << field.key;
 }
 

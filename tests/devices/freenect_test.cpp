@@ -17,6 +17,7 @@
 #include "devices/freenect/bounded_list.hpp"
 #include "devices/freenect/pairing.hpp"
 #include "devices/kinect_fixture.hpp"
+#include "support/places.hpp"
 #include "support/program.hpp"
 #include "support/temp_folder.hpp"
 
@@ -235,7 +236,7 @@ class Fakenect : public ::testing::Test {
     options.limit = 60s;
     if (fake) options.environment = {{"LD_LIBRARY_PATH", CHOREO_FAKENECT}, {"FAKENECT_PATH", dump_}};
     Seen seen;
-    seen.outcome = test::run_program(CHOREO_FREENECT_PROBE, words, options);
+    seen.outcome = test::run_program(test::built("freenect_probe"), words, options);
     std::istringstream in(seen.outcome.out);
     for (std::string line; std::getline(in, line);) {
       std::istringstream word(line);

@@ -17,6 +17,7 @@
 #include "pipeline/steady_clock.hpp"
 #include "support/frames.hpp"
 #include "support/oni_pattern.hpp"
+#include "support/places.hpp"
 #include "support/program.hpp"
 #include "support/temp_folder.hpp"
 
@@ -32,10 +33,10 @@ class OpenNi2Rig {
     fs::create_directories(drivers());
     fs::create_symlink(fs::path(CHOREO_ONI_LIBRARIES) / "OpenNI2/Drivers/libOniFile.so.0",
                        drivers() + "/libOniFile.so.0");
-    fs::create_symlink(CHOREO_ONI_DRIVER, drivers() + "/libChoreoTest.so.0");
+    fs::create_symlink(built("libChoreoTest.so.0"), drivers() + "/libChoreoTest.so.0");
     ::setenv("LD_LIBRARY_PATH", folder_.path().c_str(), 1);
     ::setenv("CHOREO_TEST_ONI", word_file().c_str(), 1);
-    ::setenv("CHOREO_OPENNI2_HELPER", CHOREO_ONI_HELPER, 1);
+    ::setenv("CHOREO_OPENNI2_HELPER", built("choreoscope-openni2").c_str(), 1);
     // The library leaks, and the programs here that use it are no part of choreoscope but for the helper.
     const char* options = ::getenv("ASAN_OPTIONS");
     ::setenv("ASAN_OPTIONS", (std::string(options != nullptr ? options : "") + ":detect_leaks=0").c_str(), 1);
@@ -58,7 +59,7 @@ class OpenNi2Rig {
     Outcome run;
     // The library's recorder hangs now and then.
     for (int k = 0; k < 3 && run.status != 0; ++k)
-      run = run_program(CHOREO_ONI_RECORD, {file, std::to_string(pictures)}, options);
+      run = run_program(built("oni_record"), {file, std::to_string(pictures)}, options);
     ASSERT_EQ(run.status, 0) << run.told();
   }
 

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "devices/openni2_fixture.hpp"
+#include "support/places.hpp"
 
 namespace choreo::test {
 namespace {
@@ -197,7 +198,7 @@ TEST_F(OpenNi2DamageTest, ARecordingWhoseRecorderWasKilledGivesItsFramesWherever
   const auto path = folder_ / "killed.oni";
   RunOptions options;
   options.limit = std::chrono::seconds(4);
-  ASSERT_TRUE(run_program(CHOREO_ONI_RECORD, {path, "100000"}, options).timed_out);
+  ASSERT_TRUE(run_program(built("oni_record"), {path, "100000"}, options).timed_out);
   auto whole = read_bytes(path);
   ASSERT_GT(whole.size(), 100'000U);
   // The library's recorder writes the number of streams into its header at some time of its own choice, and opens no

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "support/places.hpp"
 #include "support/program.hpp"
 #include "support/temp_folder.hpp"
 
@@ -12,7 +13,7 @@ namespace {
 TEST(Bench, WritesItsRatiosByKey) {
   const TempFolder folder;
   const auto file = folder / "ratios.json";
-  const auto run = run_program(CHOREO_BENCH, {"--smoke", "--only", "kernels", "--json", file});
+  const auto run = run_program(built("choreoscope_bench"), {"--smoke", "--only", "kernels", "--json", file});
   ASSERT_EQ(run.status, 0) << run.told();
   EXPECT_NE(run.out.find("ours/peer"), std::string::npos) << run.told();
   const auto text = read_bytes(file);
@@ -27,7 +28,7 @@ TEST(Bench, WritesItsRatiosByKey) {
 TEST(Bench, ASignallersFramesComeThroughAndEveryStageHasItsPeer) {
   const TempFolder folder;
   const auto file = folder / "signals.json";
-  const auto run = run_program(CHOREO_BENCH, {"--smoke", "--only", "signals", "--json", file});
+  const auto run = run_program(built("choreoscope_bench"), {"--smoke", "--only", "signals", "--json", file});
   ASSERT_EQ(run.status, 0) << run.told();
   const auto text = read_bytes(file);
   const auto figures = nlohmann::json::parse(text.begin(), text.end());
@@ -39,7 +40,7 @@ TEST(Bench, ASignallersFramesComeThroughAndEveryStageHasItsPeer) {
 }
 
 TEST(Bench, AnUnknownNameIsRefusedAndTheKnownOnesAreListed) {
-  const auto run = run_program(CHOREO_BENCH, {"--only", "kernel"});
+  const auto run = run_program(built("choreoscope_bench"), {"--only", "kernel"});
   EXPECT_EQ(run.status, 2) << run.told();
   EXPECT_NE(run.err.find("\"kernel\""), std::string::npos) << run.told();
   EXPECT_NE(run.err.find("kernels"), std::string::npos) << run.told();
@@ -47,7 +48,7 @@ TEST(Bench, AnUnknownNameIsRefusedAndTheKnownOnesAreListed) {
 }
 
 TEST(Bench, AnUnknownOptionIsRefused) {
-  const auto run = run_program(CHOREO_BENCH, {"--fast"});
+  const auto run = run_program(built("choreoscope_bench"), {"--fast"});
   EXPECT_EQ(run.status, 2) << run.told();
 }
 

@@ -12,13 +12,14 @@
 #include <nlohmann/json.hpp>
 
 #include "support/npy_file.hpp"
+#include "support/places.hpp"
 #include "support/program.hpp"
 #include "support/temp_folder.hpp"
 
 namespace choreo::test {
 
 inline Outcome choreoscope(const std::vector<std::string>& arguments, const RunOptions& options = {}) {
-  return run_program(CHOREO_PROGRAM, arguments, options);
+  return run_program(program(), arguments, options);
 }
 
 /// Everything below a folder, hidden files too, as paths relative to it.

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "end_to_end/refusal_fixture.hpp"
+#include "support/places.hpp"
 
 namespace choreo::test {
 namespace {
@@ -94,7 +95,7 @@ TEST_F(Commands, ConfigShowTellsWhereEveryValueComesFrom) {
 
 TEST_F(Commands, ConfigCheckSaysEveryPresetOfTheProjectIsRight) {
   int count = 0;
-  const auto presets = std::filesystem::path(CHOREO_PROJECT_ROOT) / "config/presets";
+  const auto presets = std::filesystem::path(project_file("config/presets"));
   for (const auto& entry : std::filesystem::directory_iterator(presets)) {
     if (entry.path().extension() != ".toml") continue;
     const auto run = choreoscope({"config", "check", entry.path().string()});
@@ -107,7 +108,7 @@ TEST_F(Commands, ConfigCheckSaysEveryPresetOfTheProjectIsRight) {
 TEST_F(Commands, APresetIsCalledByItsNameUnlessAFileHasIt) {
   const auto by_name = choreoscope({"config", "show", "--config", "stage"});
   EXPECT_EQ(by_name.status, 0) << by_name.told();
-  EXPECT_THAT(by_name.out, HasSubstr("config/presets/stage.toml:"));
+  EXPECT_THAT(by_name.out, HasSubstr("presets/stage.toml:"));
   write_bytes(folder_ / "stage", std::string("[mask]\nsteps = 7\n"));
   RunOptions there;
   there.folder = folder_.path();

@@ -9,6 +9,7 @@
 #include <gmock/gmock.h>
 
 #include "end_to_end/refusal_fixture.hpp"
+#include "support/places.hpp"
 
 namespace choreo::test {
 namespace {
@@ -114,7 +115,7 @@ TEST_F(Interruption, WhatIsIgnoredByNohupOrTheBackgroundStaysIgnored) {
   options.pokes = {{"reading frames: 20 %", SIGHUP}};
   // exec keeps the process, so that the signal reaches the program.
   const auto run = run_program("/bin/sh",
-                               {"-c", R"(trap '' HUP; exec "$0" analyze "$1" --out "$2")", CHOREO_PROGRAM,
+                               {"-c", R"(trap '' HUP; exec "$0" analyze "$1" --out "$2")", program(),
                                 "synthetic://walking?size=64x48&duration=10", old()},
                                options);
   EXPECT_EQ(run.poked, 1u) << run.told();

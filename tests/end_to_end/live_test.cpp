@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 
 #include "end_to_end/refusal_fixture.hpp"
+#include "support/places.hpp"
 
 namespace choreo::test {
 namespace {
@@ -138,9 +139,9 @@ TEST_F(Live, ASignalAsksForTheLatencies) {
 }
 
 TEST_F(Live, WithoutADisplayItSaysSoAndGoesOn) {
-  const auto run =
-      run_program("/bin/sh", {"-c", R"(unset DISPLAY WAYLAND_DISPLAY SDL_VIDEODRIVER; exec "$0" live "$1" --pace max)",
-                              CHOREO_PROGRAM, kClip});
+  const auto run = run_program(
+      "/bin/sh",
+      {"-c", R"(unset DISPLAY WAYLAND_DISPLAY SDL_VIDEODRIVER; exec "$0" live "$1" --pace max)", program(), kClip});
   EXPECT_EQ(run.status, 0) << run.told();
   EXPECT_THAT(run.err_lines("choreoscope: warning: there is no display"), SizeIs(1));
 }

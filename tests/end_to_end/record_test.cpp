@@ -9,6 +9,7 @@
 
 #include "devices/take/take_format.hpp"
 #include "end_to_end/refusal_fixture.hpp"
+#include "support/places.hpp"
 
 namespace choreo::test {
 namespace {
@@ -229,8 +230,8 @@ TEST_F(Record, ARunFromASourceThatGivesItsFramesOnceIsReplayedByteForByte) {
     std::string more;
     for (const auto& word : settings) more += " '" + word + "'";
     const auto pipe = folder_ / (std::string("pipe-") + background[0]);
-    const auto script = "cat " + clip + " > " + pipe + " & exec " + CHOREO_PROGRAM + " live " + pipe +
-                        " --headless --out " + (folder_ / "live") + " --record " + take() + more;
+    const auto script = "cat " + clip + " > " + pipe + " & exec " + program() + " live " + pipe + " --headless --out " +
+                        (folder_ / "live") + " --record " + take() + more;
     // The shell makes the pipe before it becomes the program.
     expect_replay_is_the_same(run_program("/bin/sh", {"-c", "mkfifo " + pipe + "; " + script}), settings);
     std::filesystem::remove(take());
@@ -292,7 +293,7 @@ TEST_F(Record, ARunThatIsRefusedLeavesNoTake) {
   ASSERT_EQ(choreoscope({"synth", "walking?size=160x120&duration=2", "-o", clip}).status, 0);
   const auto pipe = folder_ / "pipe";
   const auto run =
-      run_program("/bin/sh", {"-c", "mkfifo " + pipe + "; cat " + clip + " > " + pipe + " & exec " + CHOREO_PROGRAM +
+      run_program("/bin/sh", {"-c", "mkfifo " + pipe + "; cat " + clip + " > " + pipe + " & exec " + program() +
                                         " live " + pipe + " --headless --set segmentation=depth --record " + take()});
   EXPECT_THAT(complaint_of(run, 2), HasSubstr("has no depth"));
   EXPECT_FALSE(std::filesystem::exists(take()));

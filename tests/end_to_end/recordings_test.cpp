@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "end_to_end/choreoscope_run.hpp"
+#include "support/places.hpp"
 #include "support/shared_data.hpp"
 
 namespace choreo::test {
@@ -16,9 +17,10 @@ namespace {
 
 constexpr double kLeastOverlap = 0.85;
 
-#define NEEDS(path)                                                                         \
-  if ((path).empty()) GTEST_SKIP() << "the recordings in ../shared/data are not here; see " \
-                                      "tests/support/shared_data.hpp"
+#define NEEDS(path)                                                     \
+  if ((path).empty())                                                   \
+  GTEST_SKIP() << "the recordings in ../shared/data are not here; see " \
+                  "tests/support/shared_data.hpp"
 
 // Polygons in pixels of the frame, filled.
 cv::Mat filled(const nlohmann::json& body, const nlohmann::json& holes, cv::Size size) {
@@ -36,7 +38,7 @@ cv::Mat filled(const nlohmann::json& body, const nlohmann::json& holes, cv::Size
 }
 
 nlohmann::json outlines_of(const std::string& name) {
-  std::ifstream file(std::string(CHOREO_PROJECT_ROOT) + "/tests/data/outlines/" + name);
+  std::ifstream file(project_file("tests/data/outlines/") + name);
   auto outlines = nlohmann::json::parse(file);
   EXPECT_EQ(outlines.at("frames").size(), 6U);
   return outlines;
@@ -133,8 +135,7 @@ class BundledRecording : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(BundledRecording, IsAnalysedWithoutAWarning) {
   const TempFolder folder;
-  const auto run =
-      analyze(std::string(CHOREO_PROJECT_ROOT) + "/recordings/" + GetParam(), folder / "out", {"--every", "2"});
+  const auto run = analyze(project_file("recordings/") + GetParam(), folder / "out", {"--every", "2"});
   EXPECT_TRUE(run.err_lines("choreoscope: warning: ").empty()) << run.told();
 }
 

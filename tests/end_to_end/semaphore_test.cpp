@@ -7,6 +7,7 @@
 
 #include "devices/synthetic/performer.hpp"
 #include "end_to_end/refusal_fixture.hpp"
+#include "support/places.hpp"
 
 namespace choreo::test {
 namespace {
@@ -59,8 +60,7 @@ class Semaphore : public RefusalTest {
 };
 
 TEST_F(Semaphore, TheBundledClipIsSpelled) {
-  const auto run = analyze(std::string(CHOREO_PROJECT_ROOT) + "/recordings/semaphore-dance.mp4", out(),
-                           {"--recognise", "semaphore"});
+  const auto run = analyze(project_file("recordings/semaphore-dance.mp4"), out(), {"--recognise", "semaphore"});
   EXPECT_TRUE(run.out.ends_with("\nDANCE\n")) << run.out;
   const auto json = json_of(out() + "/letters.json");
   EXPECT_EQ(json["text"], "DANCE");

@@ -5,6 +5,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "end_to_end/choreoscope_run.hpp"
+#include "support/places.hpp"
 
 namespace choreo::test {
 namespace {
@@ -137,8 +138,8 @@ TEST_F(Tones, TheFirstLineOfAFileSaysHowItIsMadeAgain) {
   const std::string begin = "# Made by choreoscope ";
   ASSERT_THAT(text, StartsWith(begin));
   const auto line = text.substr(begin.size(), text.find('\n') - begin.size());
-  const auto again = run_program("/bin/sh", {"-c", std::string(CHOREO_PROGRAM) + " " + line + " -o '" +
-                                                       std::string(folder_ / "again.toml") + "'"});
+  const auto again =
+      run_program("/bin/sh", {"-c", program() + " " + line + " -o '" + std::string(folder_ / "again.toml") + "'"});
   ASSERT_EQ(again.status, 0) << again.told();
   EXPECT_EQ(read_bytes(folder_ / "again.toml"), bytes);
 }

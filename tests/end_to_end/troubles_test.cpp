@@ -6,6 +6,7 @@
 
 #include "end_to_end/refusal_fixture.hpp"
 #include "support/make_video.hpp"
+#include "support/places.hpp"
 
 namespace choreo::test {
 namespace {
@@ -212,8 +213,7 @@ TEST_F(Troubles, ThumbnailsBehindTheEnd) {
 }
 
 TEST_F(Troubles, StandardOutputThatIsFullIsAFailure) {
-  const auto run =
-      run_program("/bin/sh", {"-c", std::string("exec \"") + CHOREO_PROGRAM + "\" config show > /dev/full"});
+  const auto run = run_program("/bin/sh", {"-c", "exec \"" + program() + "\" config show > /dev/full"});
   EXPECT_THAT(complaint_of(run, 1), HasSubstr("standard output"));
 }
 

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "fuzz/entries.hpp"
+#include "support/places.hpp"
 #include "support/temp_folder.hpp"
 
 namespace choreo::fuzz {
@@ -16,7 +17,7 @@ class Corpus : public ::testing::TestWithParam<Entry> {
   static std::vector<std::pair<std::string, std::string>> files() {
     std::vector<std::pair<std::string, std::string>> all;
     for (const auto& file :
-         std::filesystem::directory_iterator(std::filesystem::path(CHOREO_CORPUS) / GetParam().name)) {
+         std::filesystem::directory_iterator(test::project_file("tests/corpus/") + GetParam().name)) {
       const auto bytes = test::read_bytes(file.path().string());
       all.emplace_back(file.path().filename().string(), std::string(bytes.begin(), bytes.end()));
     }

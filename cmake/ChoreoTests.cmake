@@ -1,0 +1,93 @@
+# How tests are made: what runs in which build, and what the sanitizers are told.
+#
+# Each test program says where it is worth running:
+#
+#   unit             with AddressSanitizer and UndefinedBehaviorSanitizer (preset asan): all but the end-to-end tests
+#   threaded         with ThreadSanitizer as well (preset tsan): what has threads of its own
+#   kernel           in the release build as well: what is optimised otherwise there
+#   end_to_end       in the release build alone: runs of the program that users run
+#   long             script/test --long: what measures rather than tests
+#
+# and the targets unit_tests, threaded_tests and release_tests build the programs of these.
+
+# What the sanitizers are told, so that nobody has to remember it.
+set(choreo_test_environment)
+if(CHOREO_SANITIZE STREQUAL "thread")
+  # OpenCV, FFmpeg and TBB are not instrumented: what they synchronise among themselves cannot be seen. Of TBB the tests
+  # take one worker (tests/support/one_worker.cpp); the threads of the pipeline are all there.
+  set(choreo_test_environment ENVIRONMENT "TSAN_OPTIONS=ignore_noninstrumented_modules=1")
+elseif(CHOREO_SANITIZE MATCHES "address")
+  # Leaks are looked for by default.
+  set(choreo_test_environment ENVIRONMENT
+    "LSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/cmake/leaks.supp:print_suppressions=0")
+endif()
+
+# The work is the libraries' and the program's; tests are better compiled soon.
+set(choreo_test_optimisation -O1)
+if(CHOREO_SANITIZE)
+  set(choreo_test_optimisation -O0)
+endif()
+
+add_custom_target(unit_tests)
+add_custom_target(threaded_tests)
+add_custom_target(release_tests)
+
+# choreo_test_program(NAME [LIBS libs...] SOURCES ...)
+# Makes a GoogleTest program without a CTest entry.
+function(choreo_test_program name)
+  cmake_parse_arguments(ARG "" "" "LIBS;SOURCES" ${ARGN})
+  add_executable(${name})
+  choreo_sources(${name} ${ARG_SOURCES})
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
+  target_link_libraries(${name} PRIVATE ${ARG_LIBS} GTest::gmock GTest::gtest_main choreo_settings)
+  target_compile_options(${name} PRIVATE ${choreo_test_optimisation})
+  if(CHOREO_SANITIZE STREQUAL "thread")
+    target_sources(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support/one_worker.cpp)
+    target_link_libraries(${name} PRIVATE TBB::tbb OpenCVParts::core)
+  endif()
+endfunction()
+
+# choreo_test(NAME [ALONE] [LABELS labels...] [TIMEOUT seconds] [SHARDS n] [LIBRARIES_FROM folder] [LIBS libs...] SOURCES ...)
+# Makes a GoogleTest program and one CTest entry, or SHARDS of them that share its cases; a failure names its case.
+# ALONE: with nothing beside it, where it watches the real clock. Shared libraries that lie in LIBRARIES_FROM stand in for
+# those of the system. The label is unit unless said otherwise.
+function(choreo_test name)
+  cmake_parse_arguments(ARG "ALONE" "TIMEOUT;SHARDS;LIBRARIES_FROM" "LABELS;LIBS;SOURCES" ${ARGN})
+  if(NOT ARG_LABELS)
+    set(ARG_LABELS unit)
+  endif()
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 300)
+  endif()
+  if(NOT ARG_SHARDS)
+    set(ARG_SHARDS 1)
+  endif()
+  choreo_test_program(${name} LIBS ${ARG_LIBS} SOURCES ${ARG_SOURCES})
+  if(ARG_LABELS MATCHES "unit")
+    add_dependencies(unit_tests ${name})
+  endif()
+  if(ARG_LABELS MATCHES "threaded")
+    add_dependencies(threaded_tests ${name})
+  endif()
+  if(ARG_LABELS MATCHES "kernel|end_to_end|architecture")
+    add_dependencies(release_tests ${name})
+  endif()
+  set(replaced)
+  if(ARG_LIBRARIES_FROM)
+    set(replaced "LD_LIBRARY_PATH=path_list_prepend:${ARG_LIBRARIES_FROM}")
+  endif()
+  math(EXPR last "${ARG_SHARDS} - 1")
+  foreach(shard RANGE ${last})
+    set(test ${name})
+    if(ARG_SHARDS GREATER 1)
+      math(EXPR number "${shard} + 1")
+      set(test ${name}.${number}_of_${ARG_SHARDS})
+    endif()
+    # Of what went well one line is enough.
+    add_test(NAME ${test} COMMAND ${name} --gtest_brief=1)
+    set_tests_properties(${test} PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT} RUN_SERIAL ${ARG_ALONE}
+      ${choreo_test_environment})
+    set_property(TEST ${test} PROPERTY ENVIRONMENT_MODIFICATION
+      "GTEST_TOTAL_SHARDS=set:${ARG_SHARDS}" "GTEST_SHARD_INDEX=set:${shard}" ${replaced})
+  endforeach()
+endfunction()
