@@ -6,9 +6,9 @@
 #   threaded         with ThreadSanitizer as well (preset tsan): what has threads of its own
 #   kernel           in the release build as well: what is optimised otherwise there
 #   end_to_end       in the release build alone: runs of the program that users run
-#   long             script/test --long: what measures rather than tests
+#   long             script/test --long: the same cases once more over all seeds, for what measures rather than tests
 #
-# and the targets unit_tests, threaded_tests and release_tests build the programs of these.
+# and the targets unit_tests, threaded_tests, release_tests and long_tests build the programs of these.
 
 # What the sanitizers are told, so that nobody has to remember it.
 set(choreo_test_environment)
@@ -31,6 +31,7 @@ endif()
 add_custom_target(unit_tests)
 add_custom_target(threaded_tests)
 add_custom_target(release_tests)
+add_custom_target(long_tests)
 
 # choreo_test_program(NAME [LIBS libs...] SOURCES ...)
 # Makes a GoogleTest program without a CTest entry.
@@ -47,12 +48,13 @@ function(choreo_test_program name)
   endif()
 endfunction()
 
-# choreo_test(NAME [ALONE] [LABELS labels...] [TIMEOUT seconds] [SHARDS n] [LIBRARIES_FROM folder] [LIBS libs...] SOURCES ...)
+# choreo_test(NAME [ALONE] [LONG] [LABELS labels...] [TIMEOUT seconds] [SHARDS n] [LIBRARIES_FROM folder] [LIBS libs...] SOURCES ...)
 # Makes a GoogleTest program and one CTest entry, or SHARDS of them that share its cases; a failure names its case.
-# ALONE: with nothing beside it, where it watches the real clock. Shared libraries that lie in LIBRARIES_FROM stand in for
+# ALONE: with nothing beside it, where it watches the real clock. LONG: in the long lane, too, where it does more (see
+# support/long_lane.hpp). Shared libraries that lie in LIBRARIES_FROM stand in for
 # those of the system. The label is unit unless said otherwise.
 function(choreo_test name)
-  cmake_parse_arguments(ARG "ALONE" "TIMEOUT;SHARDS;LIBRARIES_FROM" "LABELS;LIBS;SOURCES" ${ARGN})
+  cmake_parse_arguments(ARG "ALONE;LONG" "TIMEOUT;SHARDS;LIBRARIES_FROM" "LABELS;LIBS;SOURCES" ${ARGN})
   if(NOT ARG_LABELS)
     set(ARG_LABELS unit)
   endif()
@@ -71,6 +73,11 @@ function(choreo_test name)
   endif()
   if(ARG_LABELS MATCHES "kernel|end_to_end|architecture")
     add_dependencies(release_tests ${name})
+  endif()
+  if(ARG_LONG)
+    add_dependencies(long_tests ${name})
+    add_test(NAME ${name}.long COMMAND ${name})
+    set_tests_properties(${name}.long PROPERTIES LABELS long TIMEOUT 3600 ENVIRONMENT CHOREO_LONG=1)
   endif()
   set(replaced)
   if(ARG_LIBRARIES_FROM)

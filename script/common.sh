@@ -4,6 +4,23 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
 die() { echo "$(basename "$0"): error: $*" >&2; exit 1; }
 
+# step WHAT: one line on standard error for what begins; tell_steps: how long each took.
+steps=()
+step() {
+  local now=$SECONDS
+  [ ${#steps[@]} -eq 0 ] || steps[-1]="$((now - step_began)) ${steps[-1]}"
+  step_began=$now
+  steps+=("$1")
+  echo "$(basename "$0"): $1" >&2
+}
+tell_steps() {
+  [ ${#steps[@]} -gt 0 ] || return 0
+  steps[-1]="$((SECONDS - step_began)) ${steps[-1]}"
+  local each
+  for each in "${steps[@]}"; do printf '%3d min %02d s  %s\n' $((${each%% *} / 60)) $((${each%% *} % 60)) "${each#* }"; done
+  printf '%3d min %02d s  in all\n' $((SECONDS / 60)) $((SECONDS % 60))
+}
+
 # install_packages GROUP...: installs what script/packages.txt lists for these groups and the machine lacks. Asks dpkg
 # first, so that a second call needs neither the network nor any right.
 install_packages() {
@@ -20,27 +37,29 @@ install_packages() {
     command -v sudo >/dev/null || die "these packages are missing and only root can install them: ${missing[*]}"
     as=(sudo)
   fi
-  echo "installing ${missing[*]}" >&2
-  "${as[@]}" env DEBIAN_FRONTEND=noninteractive apt-get update -qq >&2 || die "the package lists cannot be fetched"
-  "${as[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >&2 ||
-    die "packages could not be installed"
+  local log=$root/build/packages.log
+  mkdir -p "$root/build"
+  step "installing ${#missing[@]} packages"
+  {
+    "${as[@]}" env DEBIAN_FRONTEND=noninteractive apt-get update -qq &&
+      "${as[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}"
+  } >"$log" 2>&1 && return
+  grep -E '^E:' "$log" >&2 || tail -n 3 "$log" >&2
+  die "these packages could not be installed: ${missing[*]}; all that apt-get said is in $log"
 }
 
 # build PRESET [TARGET...]: configures and builds; quiet while all goes well. Configures every time: packages that were
 # installed since, such as those of the tests, are found only then.
 build() {
-  local preset=$1 log
+  local preset=$1 log=$root/build/$1.log
   shift
-  log=$(mktemp)
+  mkdir -p "$root/build"
   if ! (cd "$root" && cmake --preset "$preset" ${CHOREO_CMAKE_ARGS:-}) >"$log" 2>&1; then
     cat "$log" >&2
-    rm -f "$log"
-    die "configuring failed"
+    die "configuring failed; see $log"
   fi
   if ! cmake --build "$root/build/$preset" ${1:+--target "$@"} >"$log" 2>&1; then
     grep -vE '^\[[0-9]+/[0-9]+\]' "$log" >&2
-    rm -f "$log"
-    die "building failed"
+    die "building failed; all of it is in $log"
   fi
-  rm -f "$log"
 }
