@@ -4,10 +4,10 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <tbb/global_control.h>
 #include <opencv2/core.hpp>
 
 #include "film.hpp"
+#include "pipeline/core_limit.hpp"
 #include "pipeline/pacing.hpp"
 #include "pipeline/runner.hpp"
 #include "pipeline/stages/history_stage.hpp"
@@ -80,8 +80,7 @@ pipeline::RunReport run_chain(Film& film, similarity::MaskHistory& history, cv::
 }
 
 Chain measure(Film& film, int threads, const Settings& settings) {
-  const tbb::global_control cores(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
-  cv::setNumThreads(threads);
+  const pipeline::CoreLimit cores(threads);
   const auto working = pipeline::working_size(film.info().size, kLiveRows);
   similarity::MaskHistory history(working, kCapacity, similarity::choose_and_count());
   fill(history, film, working);
@@ -123,7 +122,6 @@ void chain(const Settings& settings, Report& report) {
       report.figures["chain_p99_ms_" + key] = ms(c.camera.p99);
     }
   }
-  cv::setNumThreads(-1);
 }
 
 }  // namespace choreo::bench

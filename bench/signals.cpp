@@ -15,6 +15,7 @@
 #include "core/error.hpp"
 #include "film.hpp"
 #include "limits.hpp"
+#include "pipeline/core_limit.hpp"
 #include "pipeline/face_models.hpp"
 #include "pipeline/pacing.hpp"
 #include "pipeline/runner.hpp"
@@ -112,8 +113,7 @@ struct Run {
 // The history is full from the start: no row goes by time, one by number with every frame.
 Run run_chain(Film& film, const std::vector<body::ParticleState>& past, int threads, bool as_camera,
               std::uint64_t frames) {
-  const tbb::global_control cores(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
-  cv::setNumThreads(threads);
+  const pipeline::CoreLimit cores(threads);
   const pipeline::SteadyClock clock;
   similarity::ParticleHistory history(kCapacity);
   for (std::size_t i = 0; i < kCapacity; ++i) history.remember(&past[i % past.size()]);

@@ -46,6 +46,7 @@ DeviceState DeviceSource::state() const {
 
 std::vector<std::string> DeviceSource::warnings() const {
   auto all = warnings_;
+  if (left_out_warnings_ > 0) all.push_back(fmt::format("{}: {} more of the like", name_, left_out_warnings_));
   const bool away = state() == DeviceState::kLost;
   if (losses_ > 0) {
     all.push_back(fmt::format("{} was lost {} time{} {}", name_, losses_, losses_ == 1 ? "" : "s",
@@ -68,9 +69,16 @@ void DeviceSource::enter(DeviceState state, const std::string& why) {
   if (options_.on_event) options_.on_event({state, clock_.now(), why});
 }
 
-// Once each: a device that is retried four times a second has the same to say each time.
+// Once each: a device that is retried four times a second has the same to say each time. What has a number in it may
+// differ each time, for days.
 void DeviceSource::warn(std::string line) {
-  if (std::find(warnings_.begin(), warnings_.end(), line) == warnings_.end()) warnings_.push_back(std::move(line));
+  constexpr std::size_t kMostWarnings = 100;
+  if (std::find(warnings_.begin(), warnings_.end(), line) != warnings_.end()) return;
+  if (warnings_.size() == kMostWarnings) {
+    ++left_out_warnings_;
+  } else {
+    warnings_.push_back(std::move(line));
+  }
 }
 
 void DeviceSource::open(const std::stop_token& stop) {

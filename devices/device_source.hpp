@@ -113,9 +113,10 @@ class DeviceSource final : public Source {
   bool first_ = true;       // No frame has come since the device was opened.
   bool pause_ = false;      // Before it is opened again: it is away, or gave nothing the last time.
   std::optional<Nanoseconds> last_time_;
-  std::size_t losses_ = 0;            // Of a device that ran.
-  std::uint64_t damaged_before_ = 0;  // By sessions that are closed.
-  std::vector<std::string> warnings_;
+  std::size_t losses_ = 0;             // Of a device that ran.
+  std::uint64_t damaged_before_ = 0;   // By sessions that are closed.
+  std::vector<std::string> warnings_;  // The first ones.
+  std::uint64_t left_out_warnings_ = 0;
   mutable std::mutex mutex_;
   DeviceState state_ = DeviceState::kStopped;
 };

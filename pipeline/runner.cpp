@@ -149,6 +149,10 @@ void run_threaded(Reader& reader, const Stages& stages, const std::vector<Group>
   }
   // Where the reader's is first, then each stage's.
   std::vector<std::exception_ptr> problems(stages.size() + 1);
+  // The reader may wait for a device that is lost, for ever: a stage that fails ends that, too. Whatever the reader
+  // would have met afterwards is of a later frame than the one that failed, and no problem to report.
+  std::stop_source reading;
+  const std::stop_callback asked(stop, [&] { reading.request_stop(); });
 
   {
     std::vector<std::jthread> threads;
@@ -176,12 +180,13 @@ void run_threaded(Reader& reader, const Stages& stages, const std::vector<Group>
       }
       channels[g]->close();
       if (next != nullptr) next->close();
+      if (problems[at + 1]) reading.request_stop();
     };
     auto& stats = report.stages[0];
     try {
       for (std::size_t g = 0; g < groups.size(); ++g) threads.emplace_back(work, g);
       // The calling thread reads.
-      while (auto observation = read_next(reader, clock, stop, stats)) {
+      while (auto observation = read_next(reader, clock, reading.get_token(), stats)) {
         const Lap lap(clock, stats.waiting);
         if (!channels[0]->push(std::move(observation))) break;
         if (newest_wins && options.monitor != nullptr) options.monitor->dropped(channels[0]->stats().dropped);

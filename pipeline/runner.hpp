@@ -90,7 +90,8 @@ class RunMonitor {
 /// Runs a source from its first frame to its last. Nothing is dropped but by `at_reader`.
 ///
 /// The stages see the same observations in the same order, whatever the number of threads. No exception leaves a
-/// thread: what ends the run is in the report, and what was finished before it went the whole way.
+/// thread: what ends the run is in the report, and what was finished before it went the whole way. A stage that fails
+/// stops a `read` of the source that waits.
 [[nodiscard]] RunReport run(devices::Source& source, const FrameSelection& selection,
                             const std::vector<std::unique_ptr<Stage>>& stages, const RunnerOptions& options,
                             const Clock& clock, const std::stop_token& stop);

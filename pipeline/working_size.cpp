@@ -5,12 +5,27 @@
 #include <cmath>
 #include <cstdint>
 #include <iterator>
+#include <numeric>
 #include <utility>
 #include <vector>
 
+#include <tbb/parallel_for.h>
 #include <opencv2/imgproc.hpp>
 
 namespace choreo::pipeline {
+namespace {
+
+// The largest number of bands of whole rows, each reduced from whole rows, that give the same bits as all at once.
+// Where a row is made of p/q rows and q is a power of two, its place and weights are exact; else they depend on how far
+// down it is.
+int exact_bands(cv::Size from, cv::Size to) {
+  if (to.height < 1 || to.height > from.height || to.width > from.width) return 1;
+  const int bands = std::gcd(from.height, to.height);
+  const int q = to.height / bands;
+  return (q & (q - 1)) == 0 ? bands : 1;
+}
+
+}  // namespace
 
 cv::Size working_size(cv::Size picture, int rows) {
   if (rows <= 0 || picture.height <= rows) return picture;
@@ -20,8 +35,17 @@ cv::Size working_size(cv::Size picture, int rows) {
 
 cv::Mat at_working_size(const cv::Mat& picture, cv::Size size) {
   if (picture.size() == size) return picture;
-  cv::Mat out;
-  cv::resize(picture, out, size, 0, 0, cv::INTER_AREA);
+  cv::Mat out(size, picture.type());
+  const int bands = exact_bands(picture.size(), size);
+  const int from_rows = picture.rows / bands;
+  const int to_rows = size.height / bands;
+  constexpr int kRowsAtATime = 64;  // Of the large picture: less is not worth handing over.
+  const auto at_a_time = std::size_t(std::max(1, kRowsAtATime / std::max(1, from_rows)));
+  tbb::parallel_for(tbb::blocked_range<int>(0, bands, at_a_time), [&](const tbb::blocked_range<int>& some) {
+    auto rows = out.rowRange(some.begin() * to_rows, some.end() * to_rows);
+    cv::resize(picture.rowRange(some.begin() * from_rows, some.end() * from_rows), rows, rows.size(), 0, 0,
+               cv::INTER_AREA);
+  });
   return out;
 }
 

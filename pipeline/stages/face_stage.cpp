@@ -108,10 +108,7 @@ void FaceStage::work() {
     try {
       const auto& query = job->sighting.query;
       const auto grey = grey_part(job->frame->bgr, job->size, query.where);
-      // OpenCV does not divide what runs within its parallel_for_: the other cores are the frames'.
-      cv::parallel_for_({0, 1}, [&](const cv::Range&) {
-        faces = detector_->detect(grey, {{0, 0}, grey.size()}, query.least_px, query.most_px, query.look);
-      });
+      faces = detector_->detect(grey, {{0, 0}, grey.size()}, query.least_px, query.most_px, query.look);
       for (auto& face : faces) face.box += cv::Point2d(query.where.tl());
     } catch (const cv::Exception& error) {
       problem = std::make_exception_ptr(failure(fmt::format("searching for faces failed: {}", error.err)));

@@ -37,7 +37,8 @@ struct FaceStageOptions {
 /// `delay_frames` frames later, or never. So the results depend on the frames and on which searches were late, and on
 /// nothing else: frames whose run noted a late one (Frame::late_face) void it again, however fast the search is now.
 /// Comes after MaskStage, or without one; it then knows nothing of the body. A frame without a picture has no face.
-/// An error of the detector ends the run at the frame at which its result was due.
+/// An error of the detector ends the run at the frame at which its result was due. A search takes one core, which
+/// needs a CoreLimit: the others are the frames'.
 class FaceStage final : public Stage {
  public:
   FaceStage(std::unique_ptr<vision::FaceDetector> detector, FaceStageOptions options);

@@ -77,8 +77,9 @@ particles less than 1 MB.
 
 With --recognise semaphore the letter that is shown stands over the picture, and
 the text below it; without a window every letter is a line on standard output
-as soon as it ends. Look at the camera for three seconds first, with bare
-forearms: the colour of the skin is learned from the face.
+as soon as it ends. letters.json and the text at the end are of the history; the
+text comes after "..." where there was more. Look at the camera for three
+seconds first, with bare forearms: the skin's colour is learned from the face.
 
 Examples:
   choreoscope live rehearsal.mp4
@@ -258,7 +259,7 @@ int live(const LiveOptions& options, Session& session) {
         if (take) take->late_face(frame);
       };
     }
-    chain.emplace(settings, options.signals.reads(), std::move(on_late));
+    chain.emplace(settings, options.signals.reads(), std::move(on_late), length);
   }
   SignalTally tally;
   const bool arms = chain && prepared.has_colour();
@@ -317,7 +318,7 @@ int live(const LiveOptions& options, Session& session) {
         prepared.news.show_with([&window](std::vector<std::string> lines) { window->tell(std::move(lines)); });
   }
   FigureLines figures(monitor);
-  std::size_t told = 0;
+  std::uint64_t told = 0;
   const auto show = [&](const pipeline::Observation& o) {
     if (take) take->processed(o.frame->sequence);
     if (arms) tally.add(o);
@@ -378,7 +379,10 @@ int live(const LiveOptions& options, Session& session) {
   if (chain) {
     chain->finish();
     tally.searched(chain->face().asked(), chain->face().late());
-    if (options.headless && options.signals.reads()) tell_signs(std::span(chain->semaphore()->signs()).subspan(told));
+    if (options.headless && options.signals.reads()) {
+      const std::span signs(chain->semaphore()->signs());
+      tell_signs(signs.last(std::min<std::size_t>(signs.size(), chain->semaphore()->ended() - told)));
+    }
   }
 
   if (summary.run.frames > 0) {

@@ -85,13 +85,12 @@ Preparation::Preparation(const SourceOptions& options, const config::Options& se
       keep_raw_(keep_raw),
       sets_(sets),
       registry_(all_drivers(clock)),
-      cores_(tbb::global_control::max_allowed_parallelism, std::size_t(threads_of(options))),
+      cores_(threads_of(options)),
       spec_(pipeline::parse_background(settings.background)),
       segmentation_(vision::segmentation_named(settings.segmentation)) {
   settings.depth.validate();
   summary.threads = threads_of(options);
   summary.instruction_set = kernel.name;
-  cv::setNumThreads(summary.threads);
   source = open();
   summary.source = source->info();
   summary.span = options.span.value_or("");

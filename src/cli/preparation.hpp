@@ -6,7 +6,6 @@
 #include <memory>
 #include <stop_token>
 
-#include <tbb/global_control.h>
 #include <opencv2/core/mat.hpp>
 
 #include "cli/commands.hpp"
@@ -15,6 +14,7 @@
 #include "cli/summary.hpp"
 #include "devices/registry.hpp"
 #include "pipeline/background.hpp"
+#include "pipeline/core_limit.hpp"
 #include "similarity/and_count.hpp"
 #include "vision/segmenter.hpp"
 
@@ -61,7 +61,7 @@ class Preparation {
   bool keep_raw_;
   bool sets_;
   devices::Registry registry_;
-  tbb::global_control cores_;
+  pipeline::CoreLimit cores_;
   pipeline::BackgroundSpec spec_;
   vision::Segmentation segmentation_;
   cv::Mat plate_;

@@ -116,7 +116,8 @@ std::vector<std::string> SignalTally::warnings(const config::Options& settings) 
   return lines;
 }
 
-SignalChain::SignalChain(const config::Options& settings, bool reads, std::function<void(std::uint64_t)> on_late) {
+SignalChain::SignalChain(const config::Options& settings, bool reads, std::function<void(std::uint64_t)> on_late,
+                         std::optional<Nanoseconds> history) {
   auto options = settings.face;
   options.waits = on_late == nullptr;
   options.on_late = std::move(on_late);
@@ -132,7 +133,7 @@ SignalChain::SignalChain(const config::Options& settings, bool reads, std::funct
   stages_.push_back(std::make_unique<pipeline::ParticleStage>(std::move(particles)));
 
   if (!reads) return;
-  auto semaphore = std::make_unique<pipeline::SemaphoreStage>(settings.semaphore, settings.bounds);
+  auto semaphore = std::make_unique<pipeline::SemaphoreStage>(settings.semaphore, settings.bounds, history);
   semaphore_ = semaphore.get();
   stages_.push_back(std::move(semaphore));
 }
@@ -146,11 +147,7 @@ void SignalChain::finish() {
   if (semaphore_ != nullptr) semaphore_->finish();
 }
 
-bool SignalChain::read_a_letter() const {
-  if (semaphore_ == nullptr) return false;
-  const auto& signs = semaphore_->signs();
-  return std::any_of(signs.begin(), signs.end(), [](const auto& held) { return held.sign != "REST"; });
-}
+bool SignalChain::read_a_letter() const { return semaphore_ != nullptr && semaphore_->letters() > 0; }
 
 outputs::SignalOverlay overlay_of(const pipeline::Observation& o, cv::Size picture) {
   outputs::SignalOverlay overlay;
@@ -188,13 +185,13 @@ void tell_signs(std::span<const recognition::HeldSign> signs) {
 void tell_reading(const SignalChain& chain, const SignalTally& tally, Console& console) {
   if (const auto late = tally.late_start()) console.say(*late);
   if (!chain.read_a_letter()) console.say("no letter was read");
-  fmt::print("{}\n", chain.semaphore()->text());
+  fmt::print("{}{}\n", chain.semaphore()->since() ? "..." : "", chain.semaphore()->text());
 }
 
 std::string letters_json(const SignalChain& chain) {
   const auto* semaphore = chain.semaphore();
   if (semaphore == nullptr) return outputs::letters_json({}, {});
-  return outputs::letters_json(semaphore->signs(), semaphore->text());
+  return outputs::letters_json(semaphore->signs(), semaphore->text(), semaphore->since());
 }
 
 }  // namespace choreo::cli

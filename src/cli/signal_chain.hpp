@@ -79,8 +79,10 @@ class SignalChain {
  public:
   /// @param on_late  told the number of a frame at which a search for faces was not ready; empty: every search is
   ///   waited for.
+  /// @param history  how long signs are kept; nothing: to the end.
   /// @throws Error (usage) for a file that cannot be used or settings that do not fit together.
-  SignalChain(const config::Options& settings, bool reads, std::function<void(std::uint64_t)> on_late);
+  SignalChain(const config::Options& settings, bool reads, std::function<void(std::uint64_t)> on_late,
+              std::optional<Nanoseconds> history = std::nullopt);
 
   /// Hands the stages over; once.
   void add_to(std::vector<std::unique_ptr<pipeline::Stage>>& stages);
@@ -105,7 +107,8 @@ class SignalChain {
 /// Prints signs that are over on standard output at once, a line each; REST is none to be told.
 void tell_signs(std::span<const recognition::HeldSign> signs);
 
-/// After the run: prints the text on standard output, and says where reading began late or no letter was read.
+/// After the run: prints the text on standard output, after "..." where it was longer than what is kept, and says where
+/// reading began late or no letter was read.
 void tell_reading(const SignalChain& chain, const SignalTally& tally, Console& console);
 
 /// What was read, as letters.json; nothing but an empty text where nothing could be looked at.

@@ -17,7 +17,8 @@ std::string quoted_or_null(std::string_view text) { return text.empty() ? "null"
 
 }  // namespace
 
-std::string letters_json(std::span<const recognition::HeldSign> signs, std::string_view text) {
+std::string letters_json(std::span<const recognition::HeldSign> signs, std::string_view text,
+                         std::optional<double> since) {
   std::string json = "{\n  \"letters\": [";
   const char* before = "\n";
   for (const auto& s : signs) {
@@ -28,7 +29,9 @@ std::string letters_json(std::span<const recognition::HeldSign> signs, std::stri
     before = ",\n";
   }
   if (*before == ',') json += "\n  ";
-  return json + "],\n  \"text\": " + json_text(text) + "\n}\n";
+  json += "],\n  \"text\": " + json_text(text);
+  if (since) fmt::format_to(std::back_inserter(json), ",\n  \"since\": {:.3f}", *since);
+  return json + "\n}\n";
 }
 
 std::string pictures_json(std::span<const PictureReading> pictures) {

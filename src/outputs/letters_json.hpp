@@ -2,6 +2,7 @@
 // What was signalled, as letters.json.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -21,7 +22,10 @@ namespace choreo::outputs {
 ///
 /// Letters are "A" to "Z" as they were shown (a digit as its letter, what was cancelled too), "NUMERALS", "CANCEL",
 /// "ATTENTION" and "ERROR", in the order given; REST is left out. Seconds of the source; confidence 0 to 1.
-[[nodiscard]] std::string letters_json(std::span<const recognition::HeldSign> signs, std::string_view text);
+/// @param since  where letters were forgotten, as a live run's from before its history: a last member "since", in
+///   seconds; letters that ended before it, and what they wrote, are missing.
+[[nodiscard]] std::string letters_json(std::span<const recognition::HeldSign> signs, std::string_view text,
+                                       std::optional<double> since = std::nullopt);
 
 /// One picture of a set.
 struct PictureReading {

@@ -67,6 +67,13 @@ void SemaphoreSpeller::add(const HeldSign& held) {
   }
 }
 
+void SemaphoreSpeller::keep_end(std::size_t most) {
+  if (text_.size() <= most) return;
+  auto old = text_.size() - most;
+  if (most > 0 && text_[old] == ' ') ++old;
+  text_.erase(0, old);
+}
+
 std::string SemaphoreSpeller::text_with(const std::optional<HeldSign>& held, std::size_t most) const {
   const auto end_of = [](const std::string& text, std::size_t size) {
     return text.substr(text.size() - std::min(text.size(), size));

@@ -29,6 +29,11 @@ class SemaphoreSpeller {
 
   [[nodiscard]] const std::string& text() const { return text_; }
 
+  /// Forgets the beginning of the text, so that memory does not grow with it. What comes is written as ever; no sign
+  /// takes away what was forgotten.
+  /// @param most  characters of its end that stay; a space does not begin it.
+  void keep_end(std::size_t most);
+
   /// The text if `held` ended now: what a live view shows.
   /// @param most  characters of its end that are wanted.
   /// @cost O(most), however long the text is; with ERROR, that and the word that it takes away.

@@ -10,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include "core/error.hpp"
@@ -266,6 +267,23 @@ TEST_F(DeviceSourceTest, ADeviceThatComesBackWithOtherPicturesIsNotTaken) {
   EXPECT_EQ(source->state(), DeviceState::kLost);
   EXPECT_THAT(source->warnings(), testing::Contains(HasSubstr("16 x 12 instead of 8 x 6")));
   EXPECT_LE(source->warnings().size(), 2U) << "once each, however often it was tried";
+}
+
+TEST_F(DeviceSourceTest, WhatADeviceHasToSayForDaysDoesNotPileUp) {
+  retry_ = Nanoseconds(1);
+  device_.acts = {Act::kFrame, Act::kVanish};
+  const auto source = open();
+  (void)source->read({});
+  int attempts = 0;
+  std::stop_source stop;
+  device_.on_open = [&](const std::stop_token&) {
+    if (++attempts == 1000) stop.request_stop();
+    throw usage_error(fmt::format("attempt {} was refused", attempts));
+  };
+  EXPECT_EQ(source->read(stop.get_token()), nullptr);
+  EXPECT_EQ(source->warnings().size(), 102U) << "a hundred, how many more, and that it is lost";
+  EXPECT_THAT(source->warnings(), testing::Contains(HasSubstr("attempt 1 was refused")));
+  EXPECT_THAT(source->warnings(), testing::Contains(HasSubstr("899 more of the like")));
 }
 
 TEST_F(DeviceSourceTest, StopEndsAnyWait) {

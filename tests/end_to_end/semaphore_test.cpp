@@ -117,6 +117,19 @@ TEST_F(Semaphore, LiveSpellsAndWritesTheLetters) {
   EXPECT_THAT(run.out, ContainsRegex("s: R .*\n.*s: U .*\n(.*\n)*RU\n"));
 }
 
+// Memory does not grow with the run, so what the files have is of the history. What is told is told at once.
+TEST_F(Semaphore, LiveForgetsLettersThatAreOlderThanItsHistoryAndSaysSo) {
+  const auto run = choreoscope({"live", kSays, "--headless", "--pace", "max", "--recognise", "semaphore",
+                                "--background", "first:1s", "--history", "3s", "--out", out()});
+  ASSERT_EQ(run.status, 0) << run.told();
+  EXPECT_THAT(run.out, ContainsRegex("s: R .*\n.*s: U .*\n(.*\n)*[.][.][.]U\n")) << run.told();
+  const auto json = json_of(out() + "/letters.json");
+  EXPECT_EQ(json["text"], "U");
+  ASSERT_EQ(json["letters"].size(), 1U);
+  EXPECT_EQ(json["letters"][0]["letter"], "U");
+  EXPECT_GE(json["letters"][0]["to"].get<double>(), json["since"].get<double>());
+}
+
 // The face comes into sight late: no sign before was read, which is said; and where none was at all, too.
 TEST_F(Semaphore, WhenReadingBeganAndThatNothingWasReadIsSaid) {
   const auto said = [&](const std::string& source, const std::vector<std::string>& more = {}) {

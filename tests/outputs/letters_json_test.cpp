@@ -27,6 +27,18 @@ TEST(LettersJson, IsWholeWithoutALetter) {
   EXPECT_EQ(pictures_json({}), "{\n  \"pictures\": []\n}\n");
 }
 
+TEST(LettersJson, SaysSinceWhenWhereLettersWereForgotten) {
+  const std::vector<recognition::HeldSign> signs = {{"A", 4000, 4001.5, 1, "B"}};
+  EXPECT_EQ(letters_json(signs, "A", 3600.25),
+            "{\n"
+            "  \"letters\": [\n"
+            "    {\"letter\": \"A\", \"from\": 4000.000, \"to\": 4001.500, \"confidence\": 1.000}\n"
+            "  ],\n"
+            "  \"text\": \"A\",\n"
+            "  \"since\": 3600.250\n"
+            "}\n");
+}
+
 TEST(PicturesJson, WritesNullWhereThereIsNoLetterAndEscapesNames) {
   recognition::SignReading b;
   b.sign = "B";

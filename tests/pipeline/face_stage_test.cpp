@@ -6,15 +6,18 @@
 #include <functional>
 #include <future>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <set>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
 
+#include "pipeline/core_limit.hpp"
 #include "pipeline/fakes.hpp"
 #include "pipeline/runner.hpp"
 #include "support/frames.hpp"
@@ -233,6 +236,45 @@ TEST(FaceStage, AnErrorOfTheDetectorEndsTheRunWithItsMessageWhenItIsDue) {
   EXPECT_EQ(message([](const cv::Mat&) -> std::vector<Face> { throw failure("no luck"); }), "no luck");
   EXPECT_EQ(message([](const cv::Mat&) -> std::vector<Face> { throw cv::Exception(-1, "too bad", "", "", 1); }),
             "searching for faces failed: too bad");
+}
+
+// OpenCV's guard against loops within loops is one flag of the process: it may be another thread's, and be gone.
+TEST(FaceStage, ASearchTakesOneCoreWhateverOtherThreadsDoInOpenCv) {
+  const CoreLimit cores(4);
+  std::promise<void> flag_is_up;
+  std::promise<void> search_began;
+  std::promise<void> flag_is_down;
+  const auto up = flag_is_up.get_future();
+  std::thread other([&] {
+    cv::parallel_for_({0, 1}, [&](const cv::Range&) {
+      flag_is_up.set_value();
+      search_began.get_future().wait();
+    });
+    flag_is_down.set_value();
+  });
+  std::mutex mutex;
+  std::set<std::thread::id> searching;
+  const auto search = [&](const cv::Mat&) {
+    search_began.set_value();
+    flag_is_down.get_future().wait();
+    cv::parallel_for_({0, 256}, [&](const cv::Range& parts) {
+      for (int i = parts.start; i < parts.end; ++i) {
+        const auto end = std::chrono::steady_clock::now() + std::chrono::microseconds(200);
+        while (std::chrono::steady_clock::now() < end) {
+        }
+        const std::scoped_lock lock(mutex);
+        searching.insert(std::this_thread::get_id());
+      }
+    });
+    return std::vector<Face>{};
+  };
+  up.wait();
+  FaceStage stage(std::make_unique<FakeDetector>(search), at_once());
+  auto observation = observation_of(moving_spot(1).front());
+  stage.process(observation);
+  other.join();  // The search has begun.
+  stage.stop();
+  EXPECT_EQ(searching.size(), 1u);
 }
 
 TEST(FaceStage, EmptyAndTinyPicturesHaveNoFace) {

@@ -3,7 +3,9 @@
 #include "pipeline/runner.hpp"
 
 #include <atomic>
+#include <condition_variable>
 #include <latch>
+#include <mutex>
 #include <thread>
 #include <tuple>
 
@@ -42,6 +44,35 @@ std::string text_of(const std::exception_ptr& problem) {
 void add(Stages& stages, const std::string& name, std::function<void(Observation&)> work) {
   stages.push_back(std::make_unique<FunctionStage>(name, std::move(work)));
 }
+
+// Gives its frames, then waits as for a device that is lost: until it is stopped.
+class LostSource final : public devices::Source {
+ public:
+  explicit LostSource(std::uint64_t frames, bool breaks = false)
+      : frames_(frames_every(40ms, frames)), breaks_(breaks) {}
+
+  [[nodiscard]] const devices::SourceInfo& info() const override { return frames_.info(); }
+  devices::FramePtr read(std::stop_token stop) override {
+    if (auto frame = frames_.read(stop)) return frame;
+    waits_.count_down();
+    std::mutex mutex;
+    std::condition_variable_any never;
+    std::unique_lock lock(mutex);
+    // Longer than anything here takes, so that a test that fails ends.
+    if (!stop.stop_requested()) never.wait_for(lock, stop, 10s, [] { return false; });
+    was_stopped_ = stop.stop_requested();
+    if (breaks_) throw failure("the source broke");
+    return nullptr;
+  }
+  void wait_until_it_waits() const { waits_.wait(); }
+  [[nodiscard]] bool was_stopped() const { return was_stopped_; }
+
+ private:
+  ListedSource frames_;
+  bool breaks_;
+  bool was_stopped_ = false;
+  std::latch waits_{1};
+};
 
 // Everything holds with one thread and with one a stage.
 class Runner : public ::testing::TestWithParam<int> {
@@ -243,6 +274,43 @@ TEST_P(Runner, OfSeveralProblemsTheReportHasTheOneOfTheEarliestFrame) {
     EXPECT_EQ(text_of(report.problem), "the stage gave up");
     EXPECT_EQ(report.frames, 10u);
   }
+}
+
+TEST_P(Runner, AStageThatFailsEndsTheWaitForALostDevice) {
+  for (const auto at_reader : {Overflow::kBlock, Overflow::kDropOldest}) {
+    if (GetParam() == 1 && at_reader == Overflow::kBlock) continue;  // Nothing is read beside the stages.
+    for (const bool source_breaks : {false, true}) {
+      for (std::size_t failing = 0; failing < 3; ++failing) {
+        LostSource source(3, source_breaks);
+        Stages stages;
+        for (std::size_t s = 0; s < 3; ++s) {
+          add(stages, "some", [&source, fails = s == failing](Observation& o) {
+            if (!fails || o.frame->sequence != 2) return;
+            source.wait_until_it_waits();
+            throw failure("the stage gave up");
+          });
+        }
+        const auto report = run(source, {}, stages, {GetParam(), 2, at_reader}, clock_, stop_.get_token());
+        EXPECT_EQ(text_of(report.problem), "the stage gave up") << "whatever the reader met because it was stopped";
+        EXPECT_TRUE(source.was_stopped());
+        EXPECT_FALSE(report.interrupted) << "nobody asked for that";
+        EXPECT_EQ(report.frames_read, 3u);
+        EXPECT_EQ(report.stages[failing + 1].frames, 2u - report.stages[1].dropped);
+        if (HasFailure()) return;  // Each of the others would wait as long.
+      }
+    }
+  }
+}
+
+TEST_P(Runner, StoppedWhileTheSourceWaitsItIsInterrupted) {
+  on_keep_ = [&](const Observation& o) {
+    if (o.index == 2) stop_.request_stop();
+  };
+  LostSource source(3);
+  const auto report = run_all(source);
+  EXPECT_TRUE(report.interrupted);
+  EXPECT_FALSE(report.problem);
+  EXPECT_EQ(report.frames, 3u);
 }
 
 TEST_P(Runner, WhenStoppedMidwayWhatWasReadGoesTheWholeWay) {

@@ -2,7 +2,10 @@
 // The working resolution: its size for every picture, and what a smaller picture shows.
 #include "pipeline/working_size.hpp"
 
+#include <utility>
+
 #include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
 
 #include "support/frames.hpp"
 
@@ -37,6 +40,23 @@ TEST(AtWorkingSize, EachPixelIsTheMeanOfWhatItCovers) {
   EXPECT_EQ(small.size(), cv::Size(2, 1));
   EXPECT_EQ(small.at<cv::Vec3b>(0, 0), cv::Vec3b(10, 20, 30));
   EXPECT_EQ(small.at<cv::Vec3b>(0, 1), cv::Vec3b(9, 8, 7));
+}
+
+TEST(AtWorkingSize, ManyCoresGiveTheBitsOfOne) {
+  // 480 rows of 1080 are 9/4 to one, of 1944 81/20, which no number of bits holds; 1001 and 480 have nothing in common.
+  for (const auto& [from, rows] : {std::pair{cv::Size(1920, 1080), 480},
+                                   {{1920, 1080}, 120},
+                                   {{1280, 720}, 480},
+                                   {{640, 480}, 120},
+                                   {{2592, 1944}, 480},
+                                   {{1333, 1001}, 480},
+                                   {{1, 4000}, 10}}) {
+    const auto picture = test::noise(from, CV_8UC3, 3);
+    const auto size = working_size(from, rows);
+    cv::Mat at_once;
+    cv::resize(picture, at_once, size, 0, 0, cv::INTER_AREA);
+    EXPECT_TRUE(test::same_pixels(at_working_size(picture, size), at_once)) << from << " to " << rows << " rows";
+  }
 }
 
 TEST(AtWorkingSize, APictureOfThatSizeIsNotCopied) {

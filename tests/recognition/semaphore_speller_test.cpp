@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -95,6 +97,39 @@ TEST(SemaphoreSpeller, TheEndOfTheTextIsTheSameHoweverMuchOfItIsWanted) {
       }
     }
   }
+}
+
+TEST(SemaphoreSpeller, WhatIsKeptOfTheTextIsItsEndWhateverComes) {
+  // By chance, with what takes away and what changes the meaning more often than anybody shows it.
+  constexpr std::string_view kSigns[] = {"A",        "B", "C",      "K",      "Q",     "J",
+                                         "NUMERALS", "J", "CANCEL", "CANCEL", "ERROR", "REST"};
+  for (const std::size_t most : {0, 1, 3, 6}) {
+    SemaphoreSpeller whole;
+    SemaphoreSpeller kept;
+    std::uint32_t chance = 1;
+    for (int i = 0; i < 5000; ++i) {
+      chance = chance * 1664525 + 1013904223;
+      const auto sign = kSigns[(chance >> 16) % std::size(kSigns)];
+      const HeldSign held{sign, 2.0 * i, 2.0 * i + 1, 1, {}};
+      whole.add(held);
+      kept.add(held);
+      ASSERT_TRUE(whole.text().ends_with(kept.text())) << "\"" << kept.text() << "\" of " << whole.text();
+      kept.keep_end(most);
+      ASSERT_LE(kept.text().size(), most);
+      ASSERT_TRUE(whole.text().ends_with(kept.text())) << "\"" << kept.text() << "\" of " << whole.text();
+      ASSERT_FALSE(kept.text().starts_with(' '));
+    }
+  }
+}
+
+TEST(SemaphoreSpeller, NumeralsStayNumeralsWhereTheirSignIsForgotten) {
+  SemaphoreSpeller speller;
+  speller.add({"NUMERALS", 0, 1, 1, {}});
+  speller.add({"A", 2, 3, 1, {}});
+  speller.keep_end(0);
+  EXPECT_EQ(speller.text(), "");
+  speller.add({"B", 4, 5, 1, {}});
+  EXPECT_EQ(speller.text(), "2");
 }
 
 }  // namespace
