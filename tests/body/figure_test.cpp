@@ -4,7 +4,9 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <set>
+#include <string_view>
 
 #include <gtest/gtest.h>
 #include <Eigen/LU>
@@ -56,18 +58,24 @@ TEST(Figure, TheFootIsASixthOfTheHeight) {
   EXPECT_GT(s.toe[kLeft].x(), s.heel[kLeft].x());  // toes out
 }
 
-TEST(Figure, HeadAndForearmHaveTheCanonsSizes) {
-  for (const auto& part : ellipsoids_of(Pose{})) {
-    if (part.part == "head") {
-      EXPECT_NEAR(2 * part.half.x(), 1.0 / 10, 1e-12);
-      EXPECT_NEAR(2 * part.half.y(), 1.0 / 8, 1e-12);
-      EXPECT_NEAR(part.centre.y(), 1 - 1.0 / 16, 1e-12);
-    }
-    if (part.part == "left_forearm") {
-      EXPECT_NEAR(2 * part.half.y(), 1.0 / 4, 1e-12);
-      EXPECT_NEAR(2 * part.half.x(), 1.0 / 20, 1e-12);
-    }
+// The part of that name; nothing where there is none.
+std::optional<Ellipsoid> part_of(Build build, std::string_view name) {
+  for (const auto& part : ellipsoids_of(Pose{}, build)) {
+    if (part.part == name) return part;
   }
+  return std::nullopt;
+}
+
+TEST(Figure, HeadAndForearmHaveTheCanonsSizes) {
+  const auto head = part_of(Build::kMedium, "head");
+  ASSERT_TRUE(head);
+  EXPECT_NEAR(2 * head->half.x(), 1.0 / 10, 1e-12);
+  EXPECT_NEAR(2 * head->half.y(), 1.0 / 8, 1e-12);
+  EXPECT_NEAR(head->centre.y(), 1 - 1.0 / 16, 1e-12);
+  const auto forearm = part_of(Build::kMedium, "left_forearm");
+  ASSERT_TRUE(forearm);
+  EXPECT_NEAR(2 * forearm->half.y(), 1.0 / 4, 1e-12);
+  EXPECT_NEAR(2 * forearm->half.x(), 1.0 / 20, 1e-12);
 }
 
 TEST(Figure, EllipsoidsAreProlateAndOrthonormalInAnyPose) {
@@ -87,16 +95,15 @@ TEST(Figure, EllipsoidsAreProlateAndOrthonormalInAnyPose) {
 TEST(Figure, BuildsChangeThicknessAndNotLength) {
   const auto slender = ellipsoids_of(Pose{}, Build::kSlender);
   const auto stout = ellipsoids_of(Pose{}, Build::kStout);
+  ASSERT_EQ(slender.size(), 14u);
+  ASSERT_EQ(stout.size(), slender.size());
   for (std::size_t i = 0; i < slender.size(); ++i) {
     EXPECT_EQ(slender[i].half.y(), stout[i].half.y()) << slender[i].part;
     EXPECT_EQ(slender[i].centre, stout[i].centre) << slender[i].part;
-    if (slender[i].part == "left_thigh") {
-      EXPECT_LT(slender[i].half.x(), stout[i].half.x());
-    }
-    if (slender[i].part == "head") {
-      EXPECT_EQ(slender[i].half, stout[i].half);
-    }
   }
+  EXPECT_LT(part_of(Build::kSlender, "left_thigh").value().half.x(),
+            part_of(Build::kStout, "left_thigh").value().half.x());
+  EXPECT_EQ(part_of(Build::kSlender, "head").value().half, part_of(Build::kStout, "head").value().half);
 }
 
 TEST(Figure, TheShouldersAxesAreAsDocumented) {

@@ -26,7 +26,20 @@ struct ConformanceSubject {
   friend void PrintTo(const ConformanceSubject& subject, std::ostream* out) { *out << subject.name; }
 };
 
-/// Made anew for each test.
-[[nodiscard]] std::vector<std::pair<std::string, std::function<ConformanceSubject()>>> conformance_subjects();
+enum class ConformanceKind {
+  kRecording,  ///< Repeatable, and always there.
+  kCamera,     ///< Has `lose` and `find`.
+  kPlayer,     ///< Neither: what stands for a camera and cannot go away.
+};
+
+struct ConformanceCase {
+  std::string name;
+  ConformanceKind kind;
+  std::function<ConformanceSubject()> make;  ///< Anew for each test.
+
+  friend void PrintTo(const ConformanceCase& one, std::ostream* out) { *out << one.name; }
+};
+
+[[nodiscard]] std::vector<ConformanceCase> conformance_subjects();
 
 }  // namespace choreo::devices

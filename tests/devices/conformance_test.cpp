@@ -61,12 +61,12 @@ ConformanceSubject recorded_take() {
 
 }  // namespace
 
-std::vector<std::pair<std::string, std::function<ConformanceSubject()>>> conformance_subjects() {
-  return {{"performer", performer},
-          {"folder", folder},
-          {"file", file},
-          {"kinect_dump", kinect_dump},
-          {"take", recorded_take}};
+std::vector<ConformanceCase> conformance_subjects() {
+  return {{"performer", ConformanceKind::kRecording, performer},
+          {"folder", ConformanceKind::kRecording, folder},
+          {"file", ConformanceKind::kRecording, file},
+          {"kinect_dump", ConformanceKind::kRecording, kinect_dump},
+          {"take", ConformanceKind::kRecording, recorded_take}};
 }
 
 }  // namespace choreo::devices

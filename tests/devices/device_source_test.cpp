@@ -8,6 +8,7 @@
 #include <future>
 #include <mutex>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -259,13 +260,13 @@ TEST_F(DeviceSourceTest, ADeviceThatComesBackWithOtherPicturesIsNotTaken) {
   (void)source->read({});
   device_.size = {16, 12};
   std::stop_source stop;
-  std::jthread patience([&] {
-    std::this_thread::sleep_for(milliseconds(50));
-    stop.request_stop();
-  });
+  device_.on_open = [&](const std::stop_token&) {
+    if (device_.opened == 10) stop.request_stop();
+  };
   EXPECT_EQ(source->read(stop.get_token()), nullptr);
   EXPECT_EQ(source->state(), DeviceState::kLost);
   EXPECT_THAT(source->warnings(), testing::Contains(HasSubstr("16 x 12 instead of 8 x 6")));
+  EXPECT_GE(device_.opened, 10);
   EXPECT_LE(source->warnings().size(), 2U) << "once each, however often it was tried";
 }
 
@@ -288,13 +289,17 @@ TEST_F(DeviceSourceTest, WhatADeviceHasToSayForDaysDoesNotPileUp) {
 
 TEST_F(DeviceSourceTest, StopEndsAnyWait) {
   device_.acts = {Act::kFrame, Act::kVanish};
-  device_.openings = {true};
-  device_.openings.insert(device_.openings.end(), 100000, false);
+  retry_ = std::chrono::hours(1);
   const auto source = open();
   (void)source->read({});
+  std::promise<void> tried;
+  device_.on_open = [&, first = true](const std::stop_token&) mutable {
+    if (std::exchange(first, false)) tried.set_value();
+    throw DeviceLost("nothing is there");
+  };
   std::stop_source stop;
-  std::jthread later([&] {
-    std::this_thread::sleep_for(milliseconds(20));
+  const std::jthread later([&] {
+    tried.get_future().wait();  // Then it waits an hour.
     stop.request_stop();
   });
   EXPECT_EQ(source->read(stop.get_token()), nullptr);

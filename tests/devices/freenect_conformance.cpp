@@ -47,8 +47,6 @@ ConformanceSubject fakenect() {
 
 }  // namespace
 
-std::vector<std::pair<std::string, std::function<ConformanceSubject()>>> conformance_subjects() {
-  return {{"fakenect", fakenect}};
-}
+std::vector<ConformanceCase> conformance_subjects() { return {{"fakenect", ConformanceKind::kPlayer, fakenect}}; }
 
 }  // namespace choreo::devices

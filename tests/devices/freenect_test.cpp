@@ -228,7 +228,7 @@ struct Seen {
 class Fakenect : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (!fs::exists(CHOREO_FAKENECT)) GTEST_SKIP() << "there is no fakenect in " CHOREO_FAKENECT;
+    ASSERT_TRUE(fs::exists(CHOREO_FAKENECT)) << "there is no fakenect in " CHOREO_FAKENECT " (package libfreenect-dev)";
   }
 
   Seen probe(const std::vector<std::string>& words, bool fake = true) {

@@ -29,8 +29,6 @@ ConformanceSubject motion_jpeg() {
 
 }  // namespace
 
-std::vector<std::pair<std::string, std::function<ConformanceSubject()>>> conformance_subjects() {
-  return {{"motion_jpeg", motion_jpeg}};
-}
+std::vector<ConformanceCase> conformance_subjects() { return {{"motion_jpeg", ConformanceKind::kCamera, motion_jpeg}}; }
 
 }  // namespace choreo::devices

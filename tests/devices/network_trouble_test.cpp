@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cameras on the network that refuse, send rubbish, freeze, go away and come back.
+#include <atomic>
 #include <cstdio>
 
 #include "devices/network_fixture.hpp"
@@ -214,10 +215,16 @@ TEST_F(NetworkTrouble, OneThatComesBackWithOtherPicturesIsNotTaken) {
 }
 
 TEST_F(NetworkTrouble, OpeningAndReadingEndOnRequest) {
-  const LoopbackServer silent([](Caller& caller) { caller.wait_for_the_end(); });
+  std::atomic<bool> called{false};
+  const LoopbackServer silent([&](Caller& caller) {
+    (void)caller.request();
+    called = true;
+    called.notify_all();
+    caller.wait_for_the_end();
+  });
   std::stop_source stop;
-  std::jthread later([&] {
-    std::this_thread::sleep_for(150ms);
+  const std::jthread later([&] {
+    called.wait(false);
     stop.request_stop();
   });
   auto begin = clock_.now();

@@ -26,8 +26,9 @@ ConformanceSubject recording() {
 
 }  // namespace
 
-std::vector<std::pair<std::string, std::function<ConformanceSubject()>>> conformance_subjects() {
-  return {{"openni2_camera", camera}, {"oni_recording", recording}};
+std::vector<ConformanceCase> conformance_subjects() {
+  return {{"openni2_camera", ConformanceKind::kCamera, camera},
+          {"oni_recording", ConformanceKind::kRecording, recording}};
 }
 
 }  // namespace choreo::devices

@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include <csignal>
+#include <future>
 #include <thread>
 
 #include "devices/device_source.hpp"
@@ -67,18 +68,21 @@ TEST_F(OpenNi2DeviceTest, LiveFramesAreExactAndPaired) {
   EXPECT_EQ(source->info().size, cv::Size(kOniWidth, kOniHeight));
   EXPECT_FALSE(source->info().repeatable);
   devices::FramePtr last;
+  int paired = 0;
   for (int k = 0; k < 20; ++k) {
     const auto frame = source->read({});
     ASSERT_TRUE(frame);
     const int number = picture_number(frame->bgr);
     ASSERT_GE(number, 0);
     EXPECT_TRUE(frame->depth.empty() || is_depth_of(frame->depth, number));
+    paired += frame->depth.empty() ? 0 : 1;
     if (last) {
       EXPECT_EQ(frame->sequence - last->sequence, std::uint64_t(number - picture_number(last->bgr)));
       EXPECT_GT(frame->device_time, last->device_time);
     }
     last = frame;
   }
+  EXPECT_GE(paired, 10);
   EXPECT_THAT(source->warnings(), IsEmpty());
 }
 
@@ -343,12 +347,18 @@ TEST_F(OpenNi2DeviceTest, AHelperThatSaysNothingOrNonsenseIsRefused) {
 }
 
 TEST_F(OpenNi2DeviceTest, StopEndsTheWaitForOneThatIsAway) {
-  const auto source = watch("openni2://", "gone");
+  std::promise<void> lost;
+  devices::OpenOptions options;
+  options.on_event = [&](const devices::DeviceEvent& event) {
+    events_.push_back(event);
+    if (event.state == DeviceState::kLost) lost.set_value();
+  };
+  const auto source = open("openni2://", options);
   (void)source->read({});
   tell("gone");
   std::stop_source stop;
-  std::jthread later([&] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(700));
+  const std::jthread later([&] {
+    lost.get_future().wait();
     stop.request_stop();
   });
   while (source->read(stop.get_token())) {

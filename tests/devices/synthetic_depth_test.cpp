@@ -60,8 +60,12 @@ TEST(SyntheticDepth, TheSourceDeliversThePerformersDepth) {
   const std::string script = "jumping-jacks?size=64x48&duration=0.2&empty=0&depth=1";
   const auto source = registry.open("synthetic://" + script);
   const auto performer = performer_of(script);
+  ASSERT_EQ(performer.frame_count(), 6);
   for (int i = 0; i < performer.frame_count(); ++i) {
-    EXPECT_TRUE(same_bytes(source->read({})->depth, performer.perform(i).depth)) << i;
+    const auto frame = source->read({});
+    ASSERT_TRUE(frame) << i;
+    EXPECT_FALSE(frame->depth.empty()) << i;
+    EXPECT_TRUE(same_bytes(frame->depth, performer.perform(i).depth)) << i;
   }
 }
 

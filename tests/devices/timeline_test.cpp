@@ -60,6 +60,7 @@ TEST(Timeline, WhateverTheStampsTimesIncreaseStrictly) {
       stamps.push_back(static_cast<int>(state >> 24) - 20);
     }
     const auto times = mended(stamps);
+    ASSERT_EQ(times.size(), stamps.size());
     for (std::size_t i = 1; i < times.size(); ++i)
       ASSERT_LT(times[i - 1], times[i]) << "seed " << seed << " frame " << i;
   }

@@ -30,8 +30,6 @@ ConformanceSubject vivid() {
 
 }  // namespace
 
-std::vector<std::pair<std::string, std::function<ConformanceSubject()>>> conformance_subjects() {
-  return {{"vivid", vivid}};
-}
+std::vector<ConformanceCase> conformance_subjects() { return {{"vivid", ConformanceKind::kCamera, vivid}}; }
 
 }  // namespace choreo::devices

@@ -88,7 +88,7 @@ TEST_F(VideoDamageTest, ATruncatedRecordingGivesItsGoodFramesAndOneWarning) {
 
 TEST_F(VideoDamageTest, EveryTruncationOfEveryContainerIsSurvived) {
   write_noise("a.mkv", 12);
-  if (outputs::can_encode(outputs::VideoCodec::kH264)) write_lossy("b.mp4", outputs::VideoCodec::kH264);
+  write_lossy("b.mp4", outputs::VideoCodec::kH264);
   write_lossy("c.mp4", outputs::VideoCodec::kMpeg4);
   test::VideoRecipe recipe;
   recipe.pixel_format = AV_PIX_FMT_YUV420P;
@@ -100,7 +100,6 @@ TEST_F(VideoDamageTest, EveryTruncationOfEveryContainerIsSurvived) {
   recipe.encoder = "mpeg4";
   make_video(folder_ / "e.avi", recipe);
   for (const auto* name : {"a.mkv", "b.mp4", "c.mp4", "d.ts", "e.avi"}) {
-    if (!std::filesystem::exists(folder_ / name)) continue;
     const auto whole = test::read_bytes(folder_ / name);
     const auto complete = survive(name).size();
     EXPECT_GE(complete, 12u) << name;
@@ -144,12 +143,11 @@ TEST_F(VideoDamageTest, AFlippedBitInALosslessFrameLosesThatFrameAndNoOther) {
 
 TEST_F(VideoDamageTest, TwoHundredDamagedFilesAreSurvived) {
   write_noise("a.mkv", 12);
-  if (outputs::can_encode(outputs::VideoCodec::kH264)) write_lossy("b.mp4", outputs::VideoCodec::kH264);
+  write_lossy("b.mp4", outputs::VideoCodec::kH264);
   write_lossy("c.mp4", outputs::VideoCodec::kMpeg4);
   std::size_t survived = 0;
   int variant = 0;
   for (const auto* name : {"a.mkv", "b.mp4", "c.mp4"}) {
-    if (!std::filesystem::exists(folder_ / name)) continue;
     const auto whole = test::read_bytes(folder_ / name);
     for (int i = 0; i < 67; ++i, ++variant) {
       cv::RNG random(static_cast<std::uint64_t>(variant) + 1);
@@ -171,10 +169,10 @@ TEST_F(VideoDamageTest, TwoHundredDamagedFilesAreSurvived) {
 }
 
 TEST_F(VideoDamageTest, WhatDamagedFilesGiveDoesNotDependOnTheNumberOfThreads) {
-  if (outputs::can_encode(outputs::VideoCodec::kH264)) write_lossy("b.mp4", outputs::VideoCodec::kH264);
+  write_lossy("b.mp4", outputs::VideoCodec::kH264);
   write_lossy("c.mp4", outputs::VideoCodec::kMpeg4);
+  std::size_t compared = 0;
   for (const auto* name : {"b.mp4", "c.mp4"}) {
-    if (!std::filesystem::exists(folder_ / name)) continue;
     const auto whole = test::read_bytes(folder_ / name);
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
       cv::RNG random(seed);
@@ -192,9 +190,11 @@ TEST_F(VideoDamageTest, WhatDamagedFilesGiveDoesNotDependOnTheNumberOfThreads) {
         EXPECT_EQ(one[i]->device_time, many[i]->device_time);
         EXPECT_TRUE(same_pixels(one[i]->bgr, many[i]->bgr)) << name << " seed " << seed << " frame " << i;
       }
+      compared += one.size();
       EXPECT_EQ(warnings_one, warnings_many) << name << " seed " << seed;
     }
   }
+  EXPECT_GT(compared, 100u) << "else the damage is too heavy to test anything";
 }
 
 TEST(Ffv1Check, SaysNothingBeforeItHasSeenAGoodPacket) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pipes and network peers that are slow, silent or gone.
+#include <atomic>
 #include <chrono>
+#include <filesystem>
 #include <future>
 #include <thread>
 
@@ -9,11 +11,13 @@
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <netinet/in.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include "devices/video_fixture.hpp"
+#include "support/eventually.hpp"
 
 namespace choreo::devices {
 namespace {
@@ -63,6 +67,15 @@ class SilentServer {
   std::thread thread_;
 };
 
+// Whether this process has that file open.
+bool is_open(const std::string& path) {
+  for (const auto& descriptor : std::filesystem::directory_iterator("/proc/self/fd")) {
+    std::error_code gone;
+    if (std::filesystem::read_symlink(descriptor.path(), gone) == path) return true;
+  }
+  return false;
+}
+
 class VideoWaitingTest : public VideoFileTest {
  protected:
   static std::unique_ptr<Source> open_remote(const std::string& address) {
@@ -76,7 +89,8 @@ TEST_F(VideoWaitingTest, APipeIsReadButNotRepeatable) {
   const auto bytes = test::read_bytes(folder_ / "a.mkv");
   ASSERT_EQ(::mkfifo((folder_ / "pipe").c_str(), 0600), 0);
   std::thread sender([&] {
-    std::this_thread::sleep_for(50ms);  // The reader is there first, as it may be.
+    EXPECT_TRUE(test::eventually([&] { return is_open(folder_ / "pipe"); }))
+        << "the reader is there first, as it may be";
     test::write_bytes(folder_ / "pipe", bytes);
   });
   const auto source = open("pipe");
@@ -91,7 +105,7 @@ TEST_F(VideoWaitingTest, AStopEndsTheWaitForAPipeThatNobodyWritesTo) {
   ASSERT_EQ(::mkfifo((folder_ / "pipe").c_str(), 0600), 0);
   std::stop_source stop;
   std::thread stopper([&] {
-    std::this_thread::sleep_for(100ms);
+    EXPECT_TRUE(test::eventually([&] { return is_open(folder_ / "pipe"); }));
     stop.request_stop();
   });
   OpenOptions options;
@@ -109,31 +123,27 @@ TEST_F(VideoWaitingTest, AStopEndsTheWaitForTheNextFrame) {
   const auto bytes = test::read_bytes(folder_ / "a.mkv");
   ASSERT_EQ(::mkfifo((folder_ / "pipe").c_str(), 0600), 0);
   std::promise<void> done;
+  std::stop_source stop;
+  std::atomic<int> count{0};
   std::thread sender([&] {
     const int pipe = ::open((folder_ / "pipe").c_str(), O_WRONLY);
     const auto half = bytes.size() * 3 / 4;
     EXPECT_EQ(::write(pipe, bytes.data(), half), static_cast<ssize_t>(half));
-    done.get_future().wait();  // Then it is silent, but stays.
+    // Three quarters of forty frames came; the stop finds the reader waiting for more.
+    EXPECT_TRUE(test::eventually([&] {
+      int waiting = 0;
+      return ::ioctl(pipe, FIONREAD, &waiting) == 0 && waiting == 0 && count >= 20;
+    }));
+    stop.request_stop();
+    done.get_future().wait();  // It is silent, but stays.
     ::close(pipe);
   });
   const auto source = open("pipe");
-  std::stop_source stop;
-  std::thread stopper;
-  int count = 0;
-  while (source->read(stop.get_token())) {
-    // Three quarters of forty frames come; the stop finds the reader waiting for more.
-    if (++count == 20) {
-      stopper = std::thread([&] {
-        std::this_thread::sleep_for(200ms);
-        stop.request_stop();
-      });
-    }
-  }
+  while (source->read(stop.get_token())) ++count;
   EXPECT_TRUE(stop.stop_requested()) << "not ended before";
   EXPECT_GE(count, 20);
   EXPECT_LT(count, 40);
   EXPECT_TRUE(source->warnings().empty()) << "an interrupted recording is not a truncated one";
-  if (stopper.joinable()) stopper.join();
   done.set_value();
   sender.join();
 }

@@ -74,6 +74,7 @@ TEST(Recordings, OutlinesByHandAreMetAndTheEmptyRoomIsEmpty) {
     std::printf("frame %d: intersection over union %.3f\n", frame.at("frame").get<int>(), overlap);
     EXPECT_GE(overlap, kLeastOverlap) << "frame " << frame.at("frame");
   }
+  ASSERT_FALSE(outlines.at("empty").empty());
   for (const auto& stretch : outlines.at("empty")) {
     for (auto frame = stretch.at(0).get<std::size_t>(); frame <= stretch.at(1).get<std::size_t>(); ++frame) {
       EXPECT_EQ(cv::countNonZero(mask_of(frame)), 0) << "somebody in the empty room, frame " << frame;

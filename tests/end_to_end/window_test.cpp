@@ -9,6 +9,7 @@
 #include <gmock/gmock.h>
 
 #include "end_to_end/refusal_fixture.hpp"
+#include "support/eventually.hpp"
 #include "support/x_server.hpp"
 
 namespace choreo::test {
@@ -17,24 +18,23 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-#define NEEDS(server) \
-  if ((server).display().empty()) GTEST_SKIP() << "Xvfb cannot be started; it is in script/packages.txt"
+#define NEEDS(server) ASSERT_FALSE((server).display().empty()) << "Xvfb cannot be started; it is in script/packages.txt"
 
 // Waits until a thread of the process has that name. @return false where it ended without, or after half a minute.
 bool wait_for_thread(int process, const std::string& name) {
   namespace fs = std::filesystem;
-  for (int i = 0; i < 600; ++i) {
+  bool found = false;
+  const auto found_or_gone = [&] {
     std::error_code gone;
     fs::directory_iterator task("/proc/" + std::to_string(process) + "/task", gone);
     for (; !gone && task != fs::directory_iterator(); task.increment(gone)) {
       std::string comm;
       std::ifstream(task->path() / "comm") >> comm;
-      if (comm == name) return true;
+      found = found || comm == name;
     }
-    if (gone) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  }
-  return false;
+    return found || gone;
+  };
+  return eventually(found_or_gone, std::chrono::seconds(30)) && found;
 }
 
 class LiveOnADisplay : public RefusalTest {
@@ -71,7 +71,6 @@ TEST_F(LiveOnADisplay, WhereTheDisplayGoesAwayOnlyTheWindowEnds) {
   options.started = [&](int process) {
     saboteur = std::jthread([&server, process] {
       if (!wait_for_thread(process, "picture")) return;  // The stages start when the window is there.
-      std::this_thread::sleep_for(std::chrono::milliseconds(500));
       server.crash();
     });
   };

@@ -4,10 +4,10 @@
 #include <filesystem>
 #include <fstream>
 #include <set>
-#include <thread>
 
 #include <gmock/gmock.h>
 
+#include "support/eventually.hpp"
 #include "support/small_files.hpp"
 #include "support/takes.hpp"
 #include "support/temp_folder.hpp"
@@ -52,8 +52,8 @@ TEST_F(TakeWriting, AtEveryMomentTheFileHasAllFramesButTheLatest) {
   TakeWriter writer(path(), info_of(*frames[0]), whole_take());
   for (std::size_t i = 0; i < frames.size(); ++i) {
     writer.add(frames[i]);
-    // The writer has a thread of its own: asked until it is there, and for a minute at most.
-    for (int k = 0; k < 6000 && frames_by_now() <= i; ++k) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    // The writer has a thread of its own.
+    ASSERT_TRUE(eventually([&] { return frames_by_now() > i; }));
     ASSERT_EQ(frames_by_now(), i + 1);
   }
   EXPECT_FALSE(std::filesystem::exists(path()));
@@ -67,7 +67,7 @@ TEST_F(TakeWriting, AnUnfinishedTakeSaysThatItWasCutOff) {
   const auto frames = plain_frames(5, {32, 24});
   TakeWriter writer(path(), info_of(*frames[0]), whole_take());
   for (const auto& frame : frames) writer.add(frame);
-  for (int k = 0; k < 6000 && frames_by_now() < 5; ++k) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  ASSERT_TRUE(eventually([&] { return frames_by_now() == 5; }));
   const auto take = open_take(unfinished());
   all_frames(*take);
   EXPECT_THAT(take->warnings(), ::testing::ElementsAre(HasSubstr("never finished")));
@@ -229,6 +229,7 @@ TEST_F(TakeWriting, WhoDoesNotWaitLeavesFramesOutAndCountsThem) {
   EXPECT_EQ(report.gaps, 0u) << "the source lost nothing";
   const auto back = all_frames(*open_take(path()));
   EXPECT_EQ(back.size(), report.frames);
+  EXPECT_FALSE(back.empty());
   for (const auto& frame : back) EXPECT_TRUE(same_frame(*frames[frame->sequence], *frame));
 }
 
@@ -299,7 +300,9 @@ TEST_F(TakeWriting, MarksThatComeBeforeTheFileBeginsAreNotLost) {
     writer.add(frames[1]);
     writer.processed(1);
     writer.close();
-    for (const auto& frame : all_frames(*open_take(path() + "?frames=processed"))) EXPECT_FALSE(frame->overtaken);
+    const auto back = all_frames(*open_take(path() + "?frames=processed"));
+    ASSERT_THAT(back, SizeIs(2));
+    for (const auto& frame : back) EXPECT_FALSE(frame->overtaken);
   }
 }
 

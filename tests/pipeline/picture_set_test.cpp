@@ -134,6 +134,7 @@ TEST(PictureSet, WithoutFacesWithoutMovementAndWithoutPicturesThereIsNoSign) {
   KnownFaces nobody({});
   const auto stills = signaller_stills("RU", 13);
   const auto faceless = read_pictures(pictures_of(stills), nobody, {}).value();
+  ASSERT_EQ(faceless.size(), 2U);
   for (const auto& reading : faceless) {
     EXPECT_FALSE(reading.sign);
     EXPECT_FALSE(reading.face);
@@ -142,7 +143,9 @@ TEST(PictureSet, WithoutFacesWithoutMovementAndWithoutPicturesThereIsNoSign) {
   }
   // One picture three times: nothing differs from the wall.
   const std::vector<Still> same(3, stills.front());
-  for (const auto& reading : read(same)) EXPECT_FALSE(reading.sign);
+  const auto still = read(same);
+  ASSERT_EQ(still.size(), 3U);
+  for (const auto& reading : still) EXPECT_FALSE(reading.sign);
   EXPECT_TRUE(read_pictures({}, nobody, {}).value().empty());
 }
 
@@ -204,7 +207,11 @@ TEST(PictureSet, WithoutLearningOnlyTheGivenTonesAreLookedFor) {
   options.tones.file = "flag.toml";
   options.tones.arms = {"flag"};
   options.given.put(flag_tone());
-  for (const auto& reading : read(signaller_stills("RUX", 13), options)) EXPECT_FALSE(reading.sign);
+  const auto stills = signaller_stills("RUN", 11);
+  EXPECT_EQ(letters_of(read(stills)), "RUN") << "by its skin";
+  const auto readings = read(stills, options);
+  ASSERT_EQ(readings.size(), 3U);
+  for (const auto& reading : readings) EXPECT_FALSE(reading.sign);
 }
 
 /// Remembers which faces were asked for.
@@ -318,6 +325,7 @@ TEST(SignallerFace, IsTheOneThatStirsAndHasArmsAboutIt) {
     views.back().difference(cv::Rect(105, 85, 10, 10)).setTo(9);
   }
   const auto found = signaller_faces(views);
+  ASSERT_EQ(found.size(), views.size());
   for (std::size_t i = 0; i < found.size(); ++i) {
     ASSERT_TRUE(found[i].face);
     EXPECT_NEAR(found[i].face->box.x, 102, 4) << i;

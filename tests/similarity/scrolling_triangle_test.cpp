@@ -173,6 +173,7 @@ TEST(ScrollingTriangle, ScrollingMovesThePictureAndChangesNoPixelOfIt) {
   };
   run(triangle, 60, 0.25, rule);
   const auto before = triangle.picture();
+  EXPECT_NE(pixel(before, 12, 3), pixel(before, 13, 3)) << "one colour looks the same wherever it is moved to";
   run(triangle, 4, 0.25, rule, 1 << 20, 60);
   const auto after = triangle.picture();
   for (int r = 0; r < 18; ++r) {

@@ -12,7 +12,11 @@ namespace choreo::test {
 std::size_t allocations() { return count; }
 }  // namespace choreo::test
 
-#if !defined(CHOREO_SANITIZED)
+#if defined(CHOREO_SANITIZED)
+// The sanitizers watch allocations by taking `operator new` themselves, and call this one of sanitizer/
+// allocator_interface.h, a header that g++ does not bring along.
+extern "C" void __sanitizer_malloc_hook(const volatile void* /*memory*/, std::size_t /*bytes*/) { ++count; }
+#else
 void* operator new(std::size_t bytes) {
   ++count;
   if (void* memory = std::malloc(bytes > 0 ? bytes : 1)) return memory;

@@ -6,14 +6,7 @@
 
 namespace choreo::test {
 
-/// The sanitizers watch allocations by taking `operator new` themselves.
-#if defined(CHOREO_SANITIZED)
-inline constexpr bool kAllocationsAreCounted = false;
-#else
-inline constexpr bool kAllocationsAreCounted = true;
-#endif
-
-/// Calls of `operator new` by this thread so far.
+/// Calls of `operator new` by this thread so far; with the sanitizers, of malloc as well.
 [[nodiscard]] std::size_t allocations();
 
 }  // namespace choreo::test

@@ -112,6 +112,7 @@ TEST(FaceSearch, WhereTheBodyIsKnownOnlyItIsSearched) {
 
 TEST(FaceSearch, QueriesLieInThePictureWhateverIsKnown) {
   cv::RNG random(7);
+  int queries = 0;
   for (const cv::Size size : {cv::Size(640, 480), cv::Size(17, 480), cv::Size(480, 3), cv::Size(1, 1)}) {
     FaceSearch search({});
     for (int i = 0; i < 300; ++i) {
@@ -124,8 +125,10 @@ TEST(FaceSearch, QueriesLieInThePictureWhateverIsKnown) {
       EXPECT_EQ(query->where & cv::Rect({0, 0}, size), query->where);
       EXPECT_LE(query->least_px, query->most_px);
       EXPECT_GT(query->least_px, 0);
+      ++queries;
     }
   }
+  EXPECT_GT(queries, 100);
 }
 
 TEST(FaceSearch, AnEmptyPictureIsNotSearched) { EXPECT_FALSE(FaceSearch({}).next({}, {})); }

@@ -107,6 +107,7 @@ TEST_P(BareArms, OfAllSkinsAreFoundByTheToneOfTheFace) {
   const auto& [light, kind] = GetParam();
   ToneOptions options;
   options.model = kind;
+  ASSERT_EQ(devices::synthetic::skin_names().size(), 7U);
   for (const auto& skin : devices::synthetic::skin_names().subspan(1)) {
     const auto c = over_seeds(skin, light, options);
     std::printf("skin %-9s %-8s %-11s precision %.3f recall %.3f F1 %.3f\n", name_of(kind), light.c_str(), skin.c_str(),
@@ -128,6 +129,7 @@ TEST(Skin, IsToldFromBrownTrousersWhereTheClothesAreLearnedToo) {
   ToneOptions with;
   ToneOptions without;
   without.learn_clothes = false;
+  ASSERT_EQ(devices::synthetic::skin_names().size(), 7U);
   for (const auto& skin : devices::synthetic::skin_names().subspan(1)) {
     for (const auto* light : {"neutral", "dim"}) {
       const auto a = over_seeds(skin, light, without, {1});

@@ -283,7 +283,9 @@ TEST(Tones, AStickIsNoPartOfATwoColouredFlag) {
   flag.insert(flag.end(), 25, cv::Vec3b(90, 60, 40));
   ToneFit fit;
   fit.parts = 2;
-  for (const auto& part : fitted_parts(flag, fit)) EXPECT_NEAR(part.weight, 0.5, 0.05);
+  const auto parts = fitted_parts(flag, fit);
+  ASSERT_EQ(parts.size(), 2U);
+  for (const auto& part : parts) EXPECT_NEAR(part.weight, 0.5, 0.05);
 }
 
 // Sensor noise around black and dark grey has any hue and saturation.
