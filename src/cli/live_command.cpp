@@ -306,8 +306,8 @@ int live(const LiveOptions& options, Session& session) {
   // Ctrl-C and the window's closing both end the reading.
   std::stop_source ended;
   const std::stop_callback interrupted(prepared.stop, [&] {
-    console.warn("interrupted: what was read is finished; again to leave nothing");
     ended.request_stop();
+    console.warn_later("interrupted: what was read is finished; again to leave nothing");
   });
   const auto window = open_window(options, summary, length, session, ended, report);
   const ReportOnSignal on_signal(session.interrupt, report);
