@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 
 #include "end_to_end/refusal_fixture.hpp"
+#include "support/shared_data.hpp"
 
 namespace choreo::test {
 namespace {
@@ -119,6 +120,15 @@ TEST_F(Live, APipeIsPlayedAtItsOwnTime) {
     EXPECT_GE(timings["frames_s"], 0.9) << pace;
     EXPECT_TRUE(pace == "live" || r.n == 30u) << r.n;
   }
+}
+
+// The ring is as long as thirty frames a second take; a rate of 1000,
+// Matroska's clock, took 600,000 rows.
+TEST_F(Live, ABrowsersRecordingDeclaresNoRate) {
+  const auto clip = shared_data("cases/chrome.webm");
+  if (clip.empty()) GTEST_SKIP() << "the shared recordings are not here; set CHOREO_SHARED_DATA";
+  live(clip, {"--pace", "max", "--background", "first:0.2s", "--out", out()});
+  EXPECT_EQ(Results(out()).summary["live"]["capacity_rows"], 18000);
 }
 
 TEST_F(Live, WithoutOutNothingIsWritten) {
