@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/pacing.hpp"
 
+#include <memory>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -35,6 +37,12 @@ std::vector<std::string> PacedSource::warnings() const {
         fmt::format("the recording fell behind its own pace: its last frame came {:.1f} s late", to_seconds(behind_)));
   }
   return all;
+}
+
+std::unique_ptr<devices::Source> at_pace(Pace pace, std::unique_ptr<devices::Source> source, const Clock& clock,
+                                         WaitUntil wait, const FrameSelection& selection) {
+  if (pace == Pace::kMax || source->info().live) return source;
+  return std::make_unique<PacedSource>(std::move(source), clock, std::move(wait), selection);
 }
 
 }  // namespace choreo::pipeline

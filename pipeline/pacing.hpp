@@ -53,4 +53,10 @@ class PacedSource final : public devices::Source {
   Nanoseconds behind_{0};              // How late the last frame was read.
 };
 
+/// The frames of a source at a pace. What is no device has none of its own, whether or not it can be read again: it is
+/// played as PacedSource does, unless the pace is kMax. A device is given back as it came.
+[[nodiscard]] std::unique_ptr<devices::Source> at_pace(Pace pace, std::unique_ptr<devices::Source> source,
+                                                       const Clock& clock, WaitUntil wait,
+                                                       const FrameSelection& selection = {});
+
 }  // namespace choreo::pipeline

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <utility>
 
 #include <fmt/format.h>
@@ -53,12 +54,27 @@ void refuse_character_art(const AVFormatContext& container, const std::string& n
   }
 }
 
-double declared_fps(const AVStream& stream) {
-  for (const auto rate : {stream.avg_frame_rate, stream.r_frame_rate}) {
-    // Above 1000 Hz FFmpeg's second guess is the time base and not a rate.
-    if (rate.num > 0 && rate.den > 0 && av_q2d(rate) <= 1000.0) return av_q2d(rate);
+DeclaredRates::DeclaredRates(const AVFormatContext& opened) : measures_(opened.fps_probe_size != 0) {
+  for (unsigned i = 0; i < opened.nb_streams; ++i) in_head_.push_back(opened.streams[i]->avg_frame_rate.num > 0);
+}
+
+double DeclaredRates::fps(const AVStream& stream) const {
+  const auto tick = av_inv_q(stream.time_base);
+  const auto is_rate = [](AVRational rate) {
+    constexpr double kMost = 1000;  // Hz. Beyond, a codec's head declares its clock.
+    return rate.num > 0 && rate.den > 0 && av_q2d(rate) <= kMost;
+  };
+  if (const auto rate = stream.avg_frame_rate; is_rate(rate)) {
+    const auto index = static_cast<std::size_t>(stream.index);
+    const bool in_head = index < in_head_.size() && in_head_[index];
+    // Of a slower clock a tick is a frame, such as MXF's; of a faster one FFmpeg does not guess that.
+    constexpr double kSlow = 300;
+    constexpr double kFast = 1000;
+    const bool guessed = !in_head && av_cmp_q(rate, tick) == 0 && av_q2d(tick) > kSlow && av_q2d(tick) < kFast;
+    if (!guessed) return av_q2d(rate);
   }
-  return 0;
+  const auto rate = stream.r_frame_rate;
+  return !measures_ && is_rate(rate) && av_cmp_q(rate, tick) != 0 ? av_q2d(rate) : 0;
 }
 
 }  // namespace choreo::devices

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "devices/media/libav.hpp"
 
@@ -24,7 +25,24 @@ struct VideoChoice {
 /// @throws Error (usage) where that is what the container holds.
 void refuse_character_art(const AVFormatContext& container, const std::string& name);
 
-/// Declared frame rate in Hz; 0 where none is declared.
-[[nodiscard]] double declared_fps(const AVStream& stream);
+/// Tells declared frame rates from FFmpeg's guesses.
+///
+/// A tick of a clock is no frame rate. FFmpeg's avg_frame_rate is what the container's head says; else what the codec's
+/// head or the lengths of the packets say; else, where a tick is longer than a millisecond, that a frame lasts one. Its
+/// r_frame_rate is the coarsest tick that all time stamps fall on, as far as it has measured them, else what the
+/// codec's head says, else the tick of the container (1000 in Matroska and FLV).
+class DeclaredRates {
+ public:
+  DeclaredRates() = default;
+  /// @param opened  a container of which no packet was looked at for anything that its head does not say.
+  explicit DeclaredRates(const AVFormatContext& opened);
+
+  /// Declared frame rate in Hz, after the packets were looked at; 0 where none is declared.
+  [[nodiscard]] double fps(const AVStream& stream) const;
+
+ private:
+  std::vector<bool> in_head_;  // By stream.
+  bool measures_ = true;       // FFmpeg looks at the time stamps of many packets.
+};
 
 }  // namespace choreo::devices

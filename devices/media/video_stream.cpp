@@ -10,7 +10,6 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
-#include "devices/media/video_choice.hpp"
 
 namespace choreo::devices {
 namespace {
@@ -92,6 +91,7 @@ void VideoStream::open_container(const std::string& location, bool network) {
   if (opened < 0) refuse(opened, "is not a video that FFmpeg can read");
 
   refuse_character_art(*context, location_);
+  rates_ = DeclaredRates(*context);
   watch_.begin({}, 2);
   const int known = avformat_find_stream_info(context, nullptr);
   if (known < 0 || watch_.stopped() || watch_.timed_out()) refuse(known, "is not a video that FFmpeg can read");
@@ -114,7 +114,7 @@ void VideoStream::open_decoder(int threads) {
   if (result < 0) refuse(result, fmt::format("holds \"{}\" video that FFmpeg cannot decode", codec_->name));
 }
 
-double VideoStream::nominal_fps() const { return declared_fps(*stream_); }
+double VideoStream::nominal_fps() const { return rates_.fps(*stream_); }
 
 std::optional<Nanoseconds> VideoStream::declared_duration() const {
   if (const auto* tag = av_dict_get(stream_->metadata, "DURATION", nullptr, 0)) {

@@ -11,6 +11,7 @@
 #include "devices/media/byte_input.hpp"
 #include "devices/media/ffv1_check.hpp"
 #include "devices/media/libav.hpp"
+#include "devices/media/video_choice.hpp"
 #include "devices/registry.hpp"
 
 namespace choreo::devices {
@@ -80,6 +81,7 @@ class VideoStream {
   Watch watch_;
   std::unique_ptr<ByteInput> bytes_;  // Before the container, which reads from it until it is closed.
   Libav<AVFormatContext> container_;
+  DeclaredRates rates_;
   AVStream* stream_ = nullptr;
   const AVCodec* codec_ = nullptr;
   Libav<AVCodecContext> decoder_;

@@ -14,7 +14,6 @@ extern "C" {
 }
 
 #include "core/error.hpp"
-#include "devices/media/video_choice.hpp"
 #include "devices/source_uri.hpp"
 
 namespace choreo::devices::network {
@@ -108,6 +107,7 @@ void Stream::open() {
   }
   container_.reset(context);
   refuse_character_art(*context, wish_.name);
+  rates_ = DeclaredRates(*context);
   const int known = avformat_find_stream_info(context, nullptr);
   if (known < 0 || guard_.interrupts()) refuse(known, "is no video that FFmpeg can read");
 }
@@ -142,7 +142,7 @@ AVCodecID Stream::codec() const { return stream_->codecpar->codec_id; }
 
 double Stream::nominal_fps() const {
   // Without times the rate is FFmpeg's guess, always 25.
-  return has_times() ? declared_fps(*stream_) : 0;
+  return has_times() ? rates_.fps(*stream_) : 0;
 }
 
 cv::Size Stream::coded_size() const { return {stream_->codecpar->width, stream_->codecpar->height}; }

@@ -11,6 +11,7 @@
 
 #include "devices/device_source.hpp"
 #include "devices/media/libav.hpp"
+#include "devices/media/video_choice.hpp"
 
 namespace choreo::devices::network {
 
@@ -107,6 +108,7 @@ class Stream {
   Guard& guard_;
   std::function<Nanoseconds()> now_;
   Libav<AVFormatContext> container_;
+  DeclaredRates rates_;
   AVStream* stream_ = nullptr;
   Libav<AVCodecContext> decoder_;  // Null for JPEG.
   Libav<AVPacket> packet_;

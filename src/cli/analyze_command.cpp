@@ -128,7 +128,7 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   auto masker = prepared.learn();
   // Said at once, whatever is being done: people press again where nothing answers.
   const std::stop_callback answer(
-      stop, [&] { console.warn("interrupted: what was read is finished and written; again to leave nothing"); });
+      stop, [&] { console.warn_later("interrupted: what was read is finished and written; again to leave nothing"); });
 
   std::optional<outputs::NpyPictures> masks;
   if (save_masks) masks.emplace(files.add("masks.npy"), summary.working_size);

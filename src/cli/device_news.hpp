@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/call_slot.hpp"
 #include "cli/console.hpp"
 #include "devices/device_state.hpp"
 
@@ -29,8 +30,8 @@ class DeviceNews {
 
  private:
   Console& console_;
+  CallSlot<std::vector<std::string>> show_;
   std::mutex mutex_;
-  Show show_;
   std::optional<Nanoseconds> lost_at_;
 };
 

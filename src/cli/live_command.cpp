@@ -52,8 +52,9 @@ background.from is "first:2s" where nothing else is said (--set, --config,
 --background).
 
   --pace live    as a camera: the newest frame wins, what it overtakes is
-                 counted as dropped; a recording is played at its own time,
-                 and where it cannot be read so fast a warning says so
+                 counted as dropped; a recording, also from a pipe or an
+                 address, is played at its own time, and where it cannot be
+                 read so fast a warning says so
   --pace replay  at its own time at the earliest, and no frame is lost
   --pace max     as fast as it goes, and no frame is lost
 
@@ -279,7 +280,7 @@ int live(const LiveOptions& options, Session& session) {
   }
   take = start_recording(options, summary.source, config.values(), console);
   tell_other_settings(summary.source, config.values(), console);
-  // A device gives its frames once, a recording anew after the background is learned.
+  // What gives its frames once gives the first of them while the background is learned; the rest gives them anew.
   const auto record_source = [&] {
     if (take) prepared.source = std::make_unique<RecordedSource>(std::move(prepared.source), *take);
   };
@@ -307,8 +308,8 @@ int live(const LiveOptions& options, Session& session) {
   // Ctrl-C and the window's closing both end the reading.
   std::stop_source ended;
   const std::stop_callback interrupted(prepared.stop, [&] {
-    console.warn("interrupted: what was read is finished; again to leave nothing");
     ended.request_stop();
+    console.warn_later("interrupted: what was read is finished; again to leave nothing");
   });
   const auto window = open_window(options, summary, length, session, ended, report);
   const ReportOnSignal on_signal(session.interrupt, report);
@@ -350,11 +351,8 @@ int live(const LiveOptions& options, Session& session) {
   auto& record = *owned_record;
   stages.push_back(std::move(owned_record));
 
-  // A device has a pace of its own.
-  if (pace != pipeline::Pace::kMax && prepared.source->info().repeatable) {
-    prepared.source = std::make_unique<pipeline::PacedSource>(std::move(prepared.source), clock, pipeline::sleep_until,
-                                                              prepared.selection);
-  }
+  prepared.source =
+      pipeline::at_pace(pace, std::move(prepared.source), clock, pipeline::sleep_until, prepared.selection);
   if (summary.source.repeatable) record_source();
   pipeline::RunnerOptions run;
   run.threads = summary.threads;

@@ -151,10 +151,11 @@ int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);
   std::signal(SIGPIPE, SIG_IGN);
   choreo::cli::silence_opencv();
-  choreo::cli::Console console;
   choreo::cli::Interrupt interrupt;
+  choreo::cli::Console console;
   choreo::cli::Session session{console, interrupt};
   const int status = choreo::cli::run_program(argc, argv, session);
+  console.finish(interrupt.orderly());
   if (choreo::outputs::display_is_lost()) {
     // The display's libraries would say farewell to it and wait for an answer.
     std::fflush(nullptr);

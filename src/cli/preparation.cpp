@@ -157,7 +157,7 @@ vision::Segmenter Preparation::learn() {
 
 bool Preparation::has_colour() {
   constexpr auto kOfRecording = std::chrono::minutes(1);
-  constexpr int kOfDevice = 15;  // Frames; they wait meanwhile, where there is no colour.
+  constexpr int kOfTheRest = 15;  // Frames; they wait meanwhile, where there is no colour.
   ColourWitness witness;
   const auto& info = source->info();
   if (info.repeatable && info.foreseeable) {
@@ -172,7 +172,7 @@ bool Preparation::has_colour() {
     }
   } else {
     auto peeked = std::make_unique<PeekedSource>(std::move(source));
-    for (int k = 0; k < kOfDevice && !witness.certain(); ++k) {
+    for (int k = 0; k < kOfTheRest && !witness.certain(); ++k) {
       const auto frame = peeked->peek(stop);
       if (!frame) break;
       witness.see(frame->bgr);

@@ -35,8 +35,9 @@ class Preparation {
   /// @throws Error; Interrupted
   [[nodiscard]] vision::Segmenter learn();
 
-  /// Before frames are read: whether the pictures have colours, by the first minute of a recording or the first 15
-  /// frames of a device. What is too dark to tell counts as coloured. `source` still gives every frame.
+  /// Before frames are read: whether the pictures have colours, by the first minute of a recording, or by the first 15
+  /// frames of what cannot be read twice. What is too dark to tell counts as coloured. `source` still gives every
+  /// frame.
   /// @throws Error
   [[nodiscard]] bool has_colour();
 

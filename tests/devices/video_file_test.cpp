@@ -5,6 +5,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <utility>
+
 #include <opencv2/imgcodecs.hpp>
 
 #include "devices/video_fixture.hpp"
@@ -77,6 +79,59 @@ TEST_F(VideoFileTest, TheSourceSaysWhatItIs) {
   EXPECT_TRUE(source->info().repeatable);
   EXPECT_EQ(all_frames(*source).size(), 10u);
   EXPECT_EQ(source->read({}), nullptr) << "the end stays the end";
+}
+
+// FFmpeg gives the tick of a clock where it knows of no rate, and the coarsest one that times fall on.
+TEST_F(VideoFileTest, ATickIsNoFrameRate) {
+  VideoRecipe recipe;
+  const auto fps_of = [&](const std::string& name, const char* encoder, AVRational time_base,
+                          std::vector<std::int64_t> times) {
+    recipe.encoder = encoder;
+    recipe.pixel_format = std::string(encoder) == "ffv1" ? AV_PIX_FMT_BGR0 : AV_PIX_FMT_YUV420P;
+    recipe.time_base = time_base;
+    recipe.times = std::move(times);
+    make_video(folder_ / name, recipe);
+    return open(name)->info().nominal_fps;
+  };
+  const auto every = [](std::int64_t step) {
+    std::vector<std::int64_t> times;
+    for (int i = 0; i < 40; ++i) times.push_back(i * step);
+    return times;
+  };
+  auto uneven = every(40);
+  for (std::size_t i = 1; i < uneven.size(); i += 3) uneven[i] += 10;
+  auto jittered = every(33);
+  for (std::size_t i = 1; i < jittered.size(); i += 3) jittered[i] += 1;
+  const AVRational ms{1, 1000};
+  for (const auto& [name, encoder] : {std::pair("a.mkv", "ffv1"), {"b.mkv", "mpeg4"}, {"a.flv", "flv"}}) {
+    EXPECT_EQ(fps_of(name, encoder, ms, {0, 40, 80}), 0) << name;
+    EXPECT_EQ(fps_of(name, encoder, ms, uneven), 0) << name << ", whose times fall on a hundredth of a second";
+    EXPECT_EQ(fps_of(name, encoder, ms, jittered), 0) << name;
+  }
+  EXPECT_EQ(fps_of("a.nut", "mpeg4", ms, uneven), 0);
+  if (test::has_encoder("libvpx")) {
+    EXPECT_EQ(fps_of("a.webm", "libvpx", ms, jittered), 0);
+    EXPECT_EQ(fps_of("a.ivf", "libvpx", {1, 500}, every(20)), 0) << "a tick that FFmpeg takes for a frame";
+  }
+
+  EXPECT_EQ(fps_of("a.avi", "ffv1", ms, every(1)), 1000) << "its head says so";
+  EXPECT_EQ(fps_of("b.avi", "ffv1", {1, 500}, every(1)), 500);
+  EXPECT_EQ(fps_of("c.avi", "ffv1", {1, 25}, every(1)), 25);
+  recipe.duration = 1;
+  EXPECT_EQ(fps_of("a.mp4", "mpeg4", ms, every(1)), 1000) << "so do its lengths";
+  recipe.duration = 0;
+  recipe.rate = {25, 1};
+  EXPECT_EQ(fps_of("c.mkv", "ffv1", ms, jittered), 25);
+  EXPECT_EQ(fps_of("b.flv", "flv", ms, jittered), 25);
+  recipe.rate = {1000, 1};
+  EXPECT_EQ(fps_of("d.mkv", "ffv1", ms, every(1)), 1000);
+  EXPECT_EQ(fps_of("c.flv", "flv", ms, every(1)), 1000);
+}
+
+TEST_F(VideoFileTest, ABrowsersRecordingDeclaresNoRate) {
+  const auto path = test::shared_data("cases/chrome.webm");
+  if (path.empty()) GTEST_SKIP() << "the shared recordings are not here; set CHOREO_SHARED_DATA";
+  EXPECT_EQ(registry_.open(path)->info().nominal_fps, 0);
 }
 
 TEST_F(VideoFileTest, FramesAreTheSameForAnyNumberOfThreads) {

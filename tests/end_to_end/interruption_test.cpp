@@ -4,7 +4,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
+#include <thread>
 
 #include <gmock/gmock.h>
 
@@ -142,6 +144,103 @@ TEST_F(Interruption, WhileFilmingLeavesNoClip) {
   EXPECT_EQ(run.status, kKilled) << run.told();
   EXPECT_EQ(run.out, "");
   EXPECT_TRUE(files_in(folder_ / "clips").empty()) << ::testing::PrintToString(files_in(folder_ / "clips"));
+}
+
+// Somebody has the other end of standard error and does not read.
+class UnreadInterruption : public Interruption {
+ protected:
+  static constexpr auto kBounded = std::chrono::seconds(30);  // Of a busy machine; it takes less than two.
+
+  template <typename Condition>
+  static bool becomes(const Condition& condition) {
+    const auto deadline = std::chrono::steady_clock::now() + kBounded;
+    while (!condition()) {
+      if (std::chrono::steady_clock::now() > deadline) return false;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return true;
+  }
+
+  // Sends the signals once frames are read, which a file tells whose name begins so, and reads what is said only when
+  // the program has ended.
+  Outcome interrupted(const std::vector<std::string>& arguments, const std::string& file,
+                      const std::vector<int>& signals) {
+    RunOptions options;
+    options.full_err = true;
+    options.started = [&](int process) {
+      EXPECT_TRUE(becomes([&] { return has_bytes(file); })) << "it never came so far";
+      for (const int signal : signals) ::kill(process, signal);
+      const bool ended = ends_within(process, kBounded);
+      EXPECT_TRUE(ended) << "only SIGKILL is left";
+      if (!ended) ::kill(process, SIGKILL);
+    };
+    return choreoscope(arguments, options);
+  }
+
+  [[nodiscard]] bool has_bytes(const std::string& beginning) const {
+    constexpr std::uintmax_t kHead = 500;  // Of a file without a frame, at the most.
+    const auto names = files_in(folder_.path());
+    return std::any_of(names.begin(), names.end(), [&](const std::string& name) {
+      std::error_code gone;
+      const auto bytes = std::filesystem::file_size(folder_ / name, gone);
+      return name.starts_with(beginning) && !gone && bytes > kHead;
+    });
+  }
+};
+
+TEST_F(UnreadInterruption, OfALiveRunWritesItsResults) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    const auto run = interrupted({"live", "synthetic://walking?size=64x48&fps=30&duration=60&empty=1", "--headless",
+                                  "--background", "first:0.1s", "--out", old(), "--record", folder_ / "take.mkv"},
+                                 "take.unfinished.mkv", {SIGUSR1, signal});
+    EXPECT_EQ(run.status, kKilled) << run.told();
+    const Results r(old());
+    EXPECT_EQ(r.summary["interrupted"], true);
+    EXPECT_GT(r.n, 0u);
+    EXPECT_TRUE(std::filesystem::remove(folder_ / "take.mkv"));
+  }
+}
+
+TEST_F(UnreadInterruption, OfAnAnalysisWritesWhatWasRead) {
+  const auto run = interrupted({"analyze", kLong, "--out", old(), "--background", "first:0.1s", "--save", "masks"},
+                               "old/.masks.npy", {SIGINT});
+  EXPECT_EQ(run.status, kKilled) << run.told();
+  expect_what_was_read(930);
+}
+
+TEST_F(UnreadInterruption, OfARecordingFinishesIt) {
+  const auto run = interrupted({"record", kLong, "-o", folder_ / "take.mkv"}, "take.unfinished.mkv", {SIGTERM});
+  EXPECT_EQ(run.status, kKilled) << run.told();
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "take.mkv"));
+}
+
+TEST_F(UnreadInterruption, TwiceLeavesNothing) {
+  const auto run = interrupted({"analyze", kLong, "--out", old(), "--background", "first:0.1s", "--save", "masks"},
+                               "old/.masks.npy", {SIGINT, SIGTERM});
+  EXPECT_EQ(run.status, kKilled) << run.told();
+  EXPECT_EQ(run.out, "");
+  expect_old_results();
+}
+
+// What is said is read at last, in its order, and frames did not wait for that.
+TEST_F(UnreadInterruption, IsNotNeededForARunToGoOn) {
+  RunOptions options;
+  options.full_err = true;
+  std::filesystem::remove_all(old());
+  options.started = [&](int) {
+    EXPECT_TRUE(becomes([&] { return std::filesystem::exists(old() + "/summary.json"); })) << "it waits to be read";
+  };
+  const std::vector<std::string> arguments{
+      "live", "synthetic://walking?size=64x48&fps=30&duration=1&empty=1", "--pace", "max", "--headless", "--out",
+      old()};
+  const auto unread = choreoscope(arguments, options);
+  EXPECT_EQ(unread.status, 0) << unread.told();
+  EXPECT_EQ(Results(old()).n, 60u);
+  std::filesystem::remove_all(old());
+  const auto read = choreoscope(arguments);
+  EXPECT_EQ(unread.err_lines().size(), read.err_lines().size()) << unread.told() << read.told();
+  EXPECT_EQ(unread.err_lines().front(), read.err_lines().front());
+  EXPECT_EQ(unread.out, read.out);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Live runs of the built program: the same values as the batch, every drop counted, memory that stays, endings.
+// Live runs of the built program: the same values as the batch, every drop
+// counted, memory that stays, endings.
 #include <csignal>
 #include <thread>
 
@@ -7,6 +8,7 @@
 
 #include "end_to_end/refusal_fixture.hpp"
 #include "support/places.hpp"
+#include "support/shared_data.hpp"
 
 namespace choreo::test {
 namespace {
@@ -18,7 +20,8 @@ using ::testing::SizeIs;
 class Live : public RefusalTest {
  protected:
   static constexpr auto kClip = "synthetic://walking?size=160x120&fps=15&duration=6&seed=4&tail=1";
-  // Where the room is empty long enough for the median of the first two seconds.
+  // Where the room is empty long enough for the median of the first two
+  // seconds.
   static constexpr auto kEmptyFirst = "synthetic://jumping-jacks?size=160x120&fps=30&duration=20&empty=3";
 
   [[nodiscard]] std::string out() const { return folder_ / "live"; }
@@ -98,6 +101,35 @@ TEST_F(Live, ReplayTakesItsTimeAndLosesNothing) {
   EXPECT_EQ(r.n, 90u);
   EXPECT_GE(r.summary["timings"]["frames_s"], 2.9);
   EXPECT_EQ(r.summary["timings"]["dropped"], 0);
+}
+
+// Its frames are there at once, and would all but a few be overtaken.
+TEST_F(Live, APipeIsPlayedAtItsOwnTime) {
+  const auto clip = folder_ / "clip.mkv";
+  ASSERT_EQ(choreoscope({"synth", "walking?size=64x48&fps=30&duration=1&empty=0", "-o", clip}).status, 0);
+  for (const std::string pace : {"live", "replay"}) {
+    const auto pipe = folder_ / pace;
+    const auto run = run_program(
+        "/bin/sh", {"-c",
+                    R"(mkfifo "$2"; cat "$1" > "$2" & exec "$0" live "$2" --headless --pace "$3" --out "$4")"
+                    " --background first:0.2s",
+                    CHOREO_PROGRAM, clip, pipe, pace, out()});
+    ASSERT_EQ(run.status, 0) << run.told();
+    const Results r(out());
+    const auto& timings = r.summary["timings"];
+    EXPECT_EQ(r.n + timings["dropped"].get<std::size_t>(), 30u) << pace;
+    EXPECT_GE(timings["frames_s"], 0.9) << pace;
+    EXPECT_TRUE(pace == "live" || r.n == 30u) << r.n;
+  }
+}
+
+// The ring is as long as thirty frames a second take; a rate of 1000,
+// Matroska's clock, took 600,000 rows.
+TEST_F(Live, ABrowsersRecordingDeclaresNoRate) {
+  const auto clip = shared_data("cases/chrome.webm");
+  if (clip.empty()) GTEST_SKIP() << "the shared recordings are not here; set CHOREO_SHARED_DATA";
+  live(clip, {"--pace", "max", "--background", "first:0.2s", "--out", out()});
+  EXPECT_EQ(Results(out()).summary["live"]["capacity_rows"], 18000);
 }
 
 TEST_F(Live, WithoutOutNothingIsWritten) {

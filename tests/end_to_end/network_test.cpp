@@ -92,6 +92,23 @@ TEST_F(NetworkLive, CtrlCEndsItWhileTheCameraIsFrozen) {
   EXPECT_GT(Results(folder_ / "live").n, 20U) << "what was seen is kept";
 }
 
+TEST_F(NetworkLive, ARecordingIsPlayedAtItsOwnTime) {
+  ASSERT_EQ(choreoscope({"synth", "walking?size=64x48&fps=30&duration=1&empty=0", "-o", folder_ / "clip.mkv"}).status,
+            0);
+  const LoopbackServer server([bytes = read_bytes(folder_ / "clip.mkv")](Caller& caller) {
+    (void)caller.request();
+    if (caller.send("HTTP/1.1 200 OK\r\nConnection: close\r\nContent-Length: " + std::to_string(bytes.size()) +
+                    "\r\n\r\n")) {
+      (void)caller.send(bytes);
+    }
+  });
+  const auto outcome = live(server.address() + "/clip.mkv", {"--background", "first:0.2s"});
+  ASSERT_EQ(outcome.status, 0) << outcome.told();
+  const Results results(folder_ / "live");
+  EXPECT_EQ(results.n + results.summary["timings"]["dropped"].get<std::size_t>(), 30U);
+  EXPECT_GE(results.summary["timings"]["frames_s"], 0.9);
+}
+
 TEST_F(NetworkLive, WhereNobodyIsItIsRefusedAndShowsNoPassword) {
   const auto host = "127.0.0.1:" + std::to_string(deserted_port());
   for (const std::string scheme : {"http", "rtsp"}) {

@@ -97,6 +97,26 @@ TEST_F(Paced, AStopEndsTheWait) {
   EXPECT_EQ(source.read(stop.get_token()), nullptr) << "long before the hour is over";
 }
 
+// A pipe and a recording behind an address give their frames once, as a device does, and as fast as they are read.
+TEST_F(Paced, OnlyADeviceHasAPaceOfItsOwn) {
+  const auto last_given_at = [&](Pace pace, bool live, bool repeatable) {
+    clock_.advance(-clock_.now());
+    devices::SourceInfo info;
+    info.live = live;
+    info.repeatable = repeatable;
+    const auto source = at_pace(pace, std::make_unique<ListedSource>(frames_every(100ms, 3), info), clock_, wait());
+    while (source->read({})) continue;
+    return clock_.now();
+  };
+  for (const auto pace : {Pace::kLive, Pace::kReplay}) {
+    EXPECT_EQ(last_given_at(pace, false, true), 200ms) << "a file";
+    EXPECT_EQ(last_given_at(pace, false, false), 200ms) << "a pipe";
+    EXPECT_EQ(last_given_at(pace, true, false), 0ms) << "a camera";
+  }
+  EXPECT_EQ(last_given_at(Pace::kMax, false, true), 0ms);
+  EXPECT_EQ(last_given_at(Pace::kMax, false, false), 0ms);
+}
+
 TEST(SleepUntil, AMomentThatHasPassedIsNotWaitedFor) {
   const SteadyClock clock;
   EXPECT_TRUE(sleep_until(clock.now() - 1h, {}));

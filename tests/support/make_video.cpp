@@ -22,12 +22,13 @@ int must(int code, const char* what) {
   throw std::runtime_error(std::string(what) + ": " + text);
 }
 
-void write_packets(AVCodecContext& encoder, AVFormatContext& container, const AVFrame* frame) {
+void write_packets(AVCodecContext& encoder, AVFormatContext& container, const AVFrame* frame, std::int64_t duration) {
   must(avcodec_send_frame(&encoder, frame), "avcodec_send_frame");
   const std::unique_ptr<AVPacket, void (*)(AVPacket*)> packet(av_packet_alloc(),
                                                               [](AVPacket* p) { av_packet_free(&p); });
   while (avcodec_receive_packet(&encoder, packet.get()) >= 0) {
     // Without a length the last frame would lie outside of an MP4's edit list.
+    if (duration > 0) packet->duration = duration;
     if (packet->duration == 0)
       packet->duration = std::max<std::int64_t>(1, av_rescale_q(1, {1, 25}, encoder.time_base));
     av_packet_rescale_ts(packet.get(), encoder.time_base, container.streams[0]->time_base);
@@ -80,6 +81,7 @@ void make_video(const std::string& path, const VideoRecipe& recipe) {
   auto* stream = avformat_new_stream(made, nullptr);
   must(avcodec_parameters_from_context(stream->codecpar, encoder.get()), "avcodec_parameters_from_context");
   stream->time_base = encoder->time_base;
+  stream->avg_frame_rate = recipe.rate;
   stream->sample_aspect_ratio = recipe.sample_aspect;
   if (recipe.display_matrix.size() == 9) {
     const std::size_t bytes = 9 * sizeof(std::int32_t);
@@ -104,9 +106,9 @@ void make_video(const std::string& path, const VideoRecipe& recipe) {
       if (buffer != nullptr) std::memset(buffer->data, 0, buffer->size);
     }
     recipe.paint(*frame, index++);
-    write_packets(*encoder, *made, frame.get());
+    write_packets(*encoder, *made, frame.get(), recipe.duration);
   }
-  write_packets(*encoder, *made, nullptr);
+  write_packets(*encoder, *made, nullptr, recipe.duration);
   must(av_write_trailer(made), "av_write_trailer");
 }
 

@@ -22,6 +22,8 @@ struct VideoRecipe {
   int height = 24;
   AVRational time_base{1, 1000};
   std::vector<std::int64_t> times = {0, 40, 80};  ///< One frame each, in units of the time base.
+  std::int64_t duration = 0;  ///< Of each frame, in units of the time base; 0: undeclared but where it must be.
+  AVRational rate{0, 1};      ///< As the container declares it; 0: it does not.
   AVRational sample_aspect{0, 1};
   std::vector<std::int32_t> display_matrix;  ///< Nine numbers, or none.
   AVColorSpace colour_space = AVCOL_SPC_UNSPECIFIED;

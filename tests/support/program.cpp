@@ -13,6 +13,7 @@
 #include <cstring>
 #include <sstream>
 #include <stdexcept>
+#include <thread>
 
 namespace choreo::test {
 namespace {
@@ -33,6 +34,19 @@ struct Pipe {
   void close(std::size_t end) {
     ::close(ends[end]);
     ends[end] = -1;
+  }
+  // Until there is no room for a byte. @return how many there are in it.
+  [[nodiscard]] std::size_t fill() const {
+    const int flags = ::fcntl(ends[1], F_GETFL);
+    if (::fcntl(ends[1], F_SETFL, flags | O_NONBLOCK) != 0) throw std::runtime_error("no pipe that is full");
+    std::size_t bytes = 0;
+    for (std::size_t portion = 4096; portion > 0;) {
+      const std::string some(portion, '.');
+      const auto count = ::write(ends[1], some.data(), some.size());
+      count > 0 ? void(bytes += static_cast<std::size_t>(count)) : void(portion /= 2);
+    }
+    if (::fcntl(ends[1], F_SETFL, flags) != 0) throw std::runtime_error("no pipe that is full");
+    return bytes;
   }
   std::array<int, 2> ends{-1, -1};
 };
@@ -103,6 +117,7 @@ Outcome run_program(const std::string& path, const std::vector<std::string>& arg
   const auto argv = pointers(words);
   const auto envp = pointers(variables);
   std::array<Pipe, 2> pipes;
+  const auto filling = options.full_err ? pipes[1].fill() : 0;
   const pid_t child = ::fork();
   if (child < 0) throw std::runtime_error("cannot fork");
   if (child == 0) become(path.c_str(), argv.data(), envp.data(), options, pipes[0].ends[1], pipes[1].ends[1]);
@@ -143,7 +158,20 @@ Outcome run_program(const std::string& path, const std::vector<std::string>& arg
   }
   if (WIFEXITED(status)) run.status = WEXITSTATUS(status);
   if (WIFSIGNALED(status)) run.signal = WTERMSIG(status);
+  run.err.erase(0, filling);
   return run;
+}
+
+bool ends_within(int process, std::chrono::seconds limit) {
+  const auto deadline = SteadyClock::now() + limit;
+  do {
+    siginfo_t how{};
+    if (::waitid(P_PID, static_cast<id_t>(process), &how, WEXITED | WNOHANG | WNOWAIT) == 0 && how.si_pid == process) {
+      return true;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  } while (SteadyClock::now() < deadline);
+  return false;
 }
 
 }  // namespace choreo::test

@@ -24,7 +24,8 @@ struct RunOptions {
   std::optional<std::uint64_t> file_size_limit;                  ///< Bytes no file may grow beyond, as on a full disk.
   std::string folder;                                            ///< Where it runs; the test's own where empty.
   std::vector<Poke> pokes;                                       ///< In this order.
-  std::function<void(int process)> started;                      ///< Told the process id.
+  std::function<void(int process)> started;                      ///< Told the process id; read is what comes after.
+  bool full_err = false;  ///< Standard error is a pipe that takes not a byte until `started` returns.
 };
 
 /// What a program did.
@@ -47,5 +48,8 @@ struct Outcome {
 /// @throws std::runtime_error where the program cannot be started.
 [[nodiscard]] Outcome run_program(const std::string& path, const std::vector<std::string>& arguments,
                                   const RunOptions& options = {});
+
+/// Waits until the program has ended, without forgetting how. @return false where it has not within `limit`.
+[[nodiscard]] bool ends_within(int process, std::chrono::seconds limit);
 
 }  // namespace choreo::test
