@@ -102,24 +102,6 @@ TEST_F(OpenNi2DeviceTest, TheListNamesItByItsSerialNumber) {
   EXPECT_TRUE(open(device.source)->read({}));
 }
 
-TEST_F(OpenNi2DeviceTest, TheCommandListsItsSettingsAndNothingRaw) {
-  tell("rude");
-  const auto listed = run_program(CHOREO_PROGRAM, {"devices"});
-  EXPECT_EQ(listed.status, 0) << listed.told();
-  EXPECT_THAT(listed.out, HasSubstr("\n  Choreo Test\\x1b[31m\\nCamera\n"));
-  EXPECT_EQ(listed.out.find('\x1b'), std::string::npos);
-  for (const auto* line : {"video=any  (any, rgb, ir, off)", "depth=on  (on, off)", "registration=on  (on, off)",
-                           "fps  (1 to 1000 Hz)", "size  (1 to 4096 pixels a side"}) {
-    EXPECT_THAT(listed.out, HasSubstr(line));
-  }
-  const auto told = run_program(CHOREO_PROGRAM, {"devices", "--json"});
-  EXPECT_EQ(told.status, 0) << told.told();
-  EXPECT_EQ(told.out.find('\x1b'), std::string::npos);
-  for (const auto* word : {"\"settings\": [", "\"name\": \"registration\"", "\"choices\": [", "\"max\": 1000.0"}) {
-    EXPECT_THAT(told.out, HasSubstr(word));
-  }
-}
-
 TEST_F(OpenNi2DeviceTest, OneThatIsNotThereIsRefused) {
   const auto other = error_of([&] { (void)open("openni2://T-0043"); });
   ASSERT_TRUE(other);

@@ -113,7 +113,7 @@ TEST_F(Live, APipeIsPlayedAtItsOwnTime) {
         "/bin/sh", {"-c",
                     R"(mkfifo "$2"; cat "$1" > "$2" & exec "$0" live "$2" --headless --pace "$3" --out "$4")"
                     " --background first:0.2s",
-                    CHOREO_PROGRAM, clip, pipe, pace, out()});
+                    program(), clip, pipe, pace, out()});
     ASSERT_EQ(run.status, 0) << run.told();
     const Results r(out());
     const auto& timings = r.summary["timings"];

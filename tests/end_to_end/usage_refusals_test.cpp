@@ -133,8 +133,8 @@ TEST_F(UsageRefusal, APlaceThatMayNotBeWrittenTo) {
   // Root may write everywhere, unless this is taken away.
   std::vector<std::string> words{"/usr/bin/setpriv", "--bounding-set", "-dac_override"};
   if (::geteuid() != 0) words.clear();
-  for (const auto& word : {std::string(CHOREO_PROGRAM), std::string("analyze"), std::string(kQuick),
-                           std::string("--out"), folder_ / "locked"}) {
+  for (const auto& word :
+       {program(), std::string("analyze"), std::string(kQuick), std::string("--out"), folder_ / "locked"}) {
     words.push_back(word);
   }
   const auto locked_out = run_program(words.front(), {words.begin() + 1, words.end()});
