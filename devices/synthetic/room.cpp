@@ -154,7 +154,7 @@ cv::Mat paint_room(const Stage& stage, const Look& look, const Scene& scene, std
   const cv::Mat1f middle = plaster(std::max(1.0, stage.unit * 0.045), 212);
   const cv::Mat1f small = plaster(std::max(1.0, stage.unit * 0.010), 213);
   cv::Mat out(size, CV_16SC3);
-  constexpr float kScale = 1 << kLevelBits;
+  constexpr float kLevelScale = 1 << kLevelBits;
   for (int y = 0; y < size.height; ++y) {
     const auto* from = picture.ptr<cv::Vec3f>(y);
     auto* to = out.ptr<cv::Vec3s>(y);
@@ -165,7 +165,7 @@ cv::Mat paint_room(const Stage& stage, const Look& look, const Scene& scene, std
       const float texture = 1.6F * coarse(y, x) + 1.3F * middle(y, x) + 0.9F * small(y, x);
       for (int c = 0; c < 3; ++c) {
         const float level = static_cast<float>(from[x][c] * light) + texture;
-        to[x][c] = static_cast<short>(cvRound(std::clamp(level, 0.0F, 255.0F) * kScale));
+        to[x][c] = static_cast<short>(cvRound(std::clamp(level, 0.0F, 255.0F) * kLevelScale));
       }
     }
   }

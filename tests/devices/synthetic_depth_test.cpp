@@ -11,21 +11,15 @@
 #include "core/error.hpp"
 #include "devices/synthetic/depth_camera.hpp"
 #include "devices/synthetic/synthetic_source.hpp"
+#include "support/drawn_masks.hpp"
+#include "support/performers.hpp"
 
 namespace choreo::devices {
 namespace {
 
 using synthetic::Performer;
-
-Performer performer_of(const std::string& text) {
-  const auto request =
-      performer_request(parse_source_uri("synthetic://" + text, [](const std::string&) { return false; }));
-  return {request.script, request.settings};
-}
-
-bool same_bytes(const cv::Mat& a, const cv::Mat& b) {
-  return a.size() == b.size() && a.type() == b.type() && std::memcmp(a.data, b.data, a.total() * a.elemSize()) == 0;
-}
+using test::performer_of;
+using test::same_bytes;
 
 double median(const cv::Mat& depth, const cv::Mat& where) {
   std::vector<unsigned short> values;

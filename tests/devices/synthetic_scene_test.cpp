@@ -14,23 +14,17 @@
 #include "core/error.hpp"
 #include "devices/synthetic/room.hpp"
 #include "devices/synthetic/synthetic_source.hpp"
+#include "support/drawn_masks.hpp"
+#include "support/performers.hpp"
 
 namespace choreo::devices {
 namespace {
 
 using synthetic::Performer;
-
-Performer performer_of(const std::string& text) {
-  const auto request =
-      performer_request(parse_source_uri("synthetic://" + text, [](const std::string&) { return false; }));
-  return {request.script, request.settings};
-}
+using test::performer_of;
+using test::same_bytes;
 
 cv::Mat room_of(const std::string& settings) { return performer_of("stillness?size=320x240&" + settings).room(); }
-
-bool same_bytes(const cv::Mat& a, const cv::Mat& b) {
-  return a.size() == b.size() && cv::norm(a, b, cv::NORM_INF) == 0;
-}
 
 // Hue in degrees, saturation and value from 0 to 1.
 cv::Vec3f hsv_of(const cv::Vec3f& bgr) {

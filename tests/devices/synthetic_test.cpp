@@ -10,29 +10,23 @@
 #include "devices/silhouettes.hpp"
 #include "devices/synthetic/mannequin.hpp"
 #include "devices/synthetic/synthetic_source.hpp"
+#include "support/drawn_masks.hpp"
+#include "support/performers.hpp"
 
 namespace choreo::devices {
 namespace {
 
 using synthetic::Performer;
 using synthetic::PerformerSettings;
+using test::performer_of;
+using test::same_bytes;
 
 bool no_such_path(const std::string&) { return false; }
 
 PerformerRequest request_of(const std::string& text) { return performer_request(parse_source_uri(text, no_such_path)); }
 
-Performer performer_of(const std::string& text) {
-  const auto request = request_of(text);
-  return {request.script, request.settings};
-}
-
-bool same_bytes(const cv::Mat& a, const cv::Mat& b) {
-  return a.size() == b.size() && a.type() == b.type() && a.isContinuous() && b.isContinuous() &&
-         std::memcmp(a.data, b.data, a.total() * a.elemSize()) == 0;
-}
-
 TEST(Performer, TheSameSettingsGiveTheSameBytesInAnyOrder) {
-  const std::string text = "synthetic://walking?size=96x80&seed=5&shake=1.5&flicker=4&drift=20&empty=0.1&duration=1";
+  const std::string text = "walking?size=96x80&seed=5&shake=1.5&flicker=4&drift=20&empty=0.1&duration=1";
   const auto one = performer_of(text);
   const auto other = performer_of(text);
   ASSERT_EQ(one.frame_count(), 33);
@@ -46,14 +40,14 @@ TEST(Performer, TheSameSettingsGiveTheSameBytesInAnyOrder) {
 }
 
 TEST(Performer, AnotherSeedGivesAnotherPicture) {
-  const auto a = performer_of("synthetic://stillness?size=96x80&seed=1&noise=0").perform(40);
-  const auto b = performer_of("synthetic://stillness?size=96x80&seed=2&noise=0").perform(40);
+  const auto a = performer_of("stillness?size=96x80&seed=1&noise=0").perform(40);
+  const auto b = performer_of("stillness?size=96x80&seed=2&noise=0").perform(40);
   EXPECT_FALSE(same_bytes(a.bgr, b.bgr));
 }
 
 TEST(Performer, FarFromTheMaskThePictureIsTheEmptyRoom) {
   for (const auto* script : {"jumping-jacks", "side-kicks", "crossing"}) {
-    const auto performer = performer_of(std::string("synthetic://") + script + "?size=200x150&noise=0&empty=0");
+    const auto performer = performer_of(std::string(script) + "?size=200x150&noise=0&empty=0");
     const auto room = performer.room();
     for (const int index : {0, 25, 60, 95, 140}) {
       const auto frame = performer.perform(index);
@@ -147,7 +141,7 @@ TEST(Performer, AMirroredPoseHasTheMirroredSilhouette) {
 }
 
 TEST(Performer, NoiseHasTheDeviationAskedForAndNoBias) {
-  const auto performer = performer_of("synthetic://empty?size=320x240&noise=3");
+  const auto performer = performer_of("empty?size=320x240&noise=3");
   const auto room = performer.room();
   cv::Mat sum = cv::Mat::zeros(room.size(), CV_64FC3);
   cv::Mat difference;
@@ -169,7 +163,7 @@ TEST(Performer, NoiseHasTheDeviationAskedForAndNoBias) {
 
 TEST(Performer, DriftAndFlickerChangeTheLightAsDocumented) {
   const auto mean_at = [](const std::string& settings, int index) {
-    const auto performer = performer_of("synthetic://empty?size=64x48&noise=0&duration=61&" + settings);
+    const auto performer = performer_of("empty?size=64x48&noise=0&duration=61&" + settings);
     cv::Mat difference;
     cv::subtract(performer.perform(index).bgr, performer.room(), difference, cv::noArray(), CV_64F);
     return cv::mean(difference)[1];
@@ -184,8 +178,8 @@ TEST(Performer, DriftAndFlickerChangeTheLightAsDocumented) {
 }
 
 TEST(Performer, ShakeMovesBodyAndRoomTogether) {
-  const auto still = performer_of("synthetic://stillness?size=320x240&noise=0");
-  const auto shaken = performer_of("synthetic://stillness?size=320x240&noise=0&shake=2");
+  const auto still = performer_of("stillness?size=320x240&noise=0");
+  const auto shaken = performer_of("stillness?size=320x240&noise=0&shake=2");
   const auto centre = [](const cv::Mat& mask) {
     const auto m = cv::moments(mask, true);
     return cv::Point2d(m.m10 / m.m00, m.m01 / m.m00);
@@ -201,7 +195,7 @@ TEST(Performer, ShakeMovesBodyAndRoomTogether) {
 }
 
 TEST(Performer, TheRoomIsEmptyBeforeAndAfter) {
-  const auto performer = performer_of("synthetic://jumping-jacks?size=64x48&empty=0.5&tail=0.2&duration=1&noise=0");
+  const auto performer = performer_of("jumping-jacks?size=64x48&empty=0.5&tail=0.2&duration=1&noise=0");
   ASSERT_EQ(performer.frame_count(), 15 + 30 + 6);
   EXPECT_EQ(performer.first_frame(), 15);
   for (const int index : {0, 14, 45, 50}) {
@@ -241,14 +235,14 @@ TEST(Performer, TheFigureFitsIntoEveryPictureAndIsThreeQuartersHigh) {
       }
     }
   }
-  const auto frame = performer_of("synthetic://semaphore?size=640x480&text=R").perform(30);
+  const auto frame = performer_of("semaphore?size=640x480&text=R").perform(30);
   const auto box = cv::boundingRect(frame.mask);
   EXPECT_NEAR(box.height, 0.75 * 480, 25);  // hair may stand above the crown
   EXPECT_NEAR(box.x + box.width / 2.0, 320, 2);
 }
 
 TEST(Performer, ALargePictureIsDrawnToo) {
-  const auto frame = performer_of("synthetic://jumping-jacks?size=2160x3840&empty=0").perform(7);
+  const auto frame = performer_of("jumping-jacks?size=2160x3840&empty=0").perform(7);
   EXPECT_EQ(frame.bgr.size(), cv::Size(2160, 3840));
   EXPECT_TRUE(frame.present);
 }
@@ -263,7 +257,7 @@ TEST(SyntheticSource, DeliversThePerformersFramesWithTheirTimes) {
   EXPECT_EQ(source->info().nominal_fps, 25);
   EXPECT_EQ(source->info().duration, from_seconds(1.2));
   EXPECT_TRUE(source->info().repeatable);
-  const auto performer = performer_of(text);
+  const auto performer = performer_of(text.substr(std::string("synthetic://").size()));
   std::uint64_t count = 0;
   while (const auto frame = source->read({})) {
     EXPECT_EQ(frame->sequence, count);

@@ -10,6 +10,7 @@
 
 #include "devices/synthetic/mannequin.hpp"
 #include "devices/synthetic/synthetic_source.hpp"
+#include "support/performers.hpp"
 
 namespace choreo::devices {
 namespace {
@@ -18,12 +19,7 @@ using body::kLeft;
 using body::kRight;
 using Eigen::Vector3d;
 using synthetic::Performer;
-
-Performer performer_of(const std::string& text) {
-  const auto request =
-      performer_request(parse_source_uri("synthetic://" + text, [](const std::string&) { return false; }));
-  return {request.script, request.settings};
-}
+using test::performer_of;
 
 synthetic::Performance held(const std::string& sign, const std::string& settings = "") {
   return performer_of("semaphore?empty=0&noise=0&text=" + sign + "&" + settings).perform(60);

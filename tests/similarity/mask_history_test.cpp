@@ -42,15 +42,11 @@ States bodies_in(cv::Size picture, std::size_t n, unsigned seed) {
   return states;
 }
 
-struct Row {
-  std::vector<float> z;
-  std::vector<float> zstar;
-};
-
 // What an append gives; beyond size() nothing may be written.
-Row append(MaskHistory& history, const body::MaskState* state) {
+test::HistoryRow append(MaskHistory& history, const body::MaskState* state) {
   const float untouched = -7.0F;
-  Row row{std::vector<float>(history.capacity() + 3, untouched), std::vector<float>(history.capacity() + 3, untouched)};
+  test::HistoryRow row{std::vector<float>(history.capacity() + 3, untouched),
+                       std::vector<float>(history.capacity() + 3, untouched)};
   history.append(state, row.z, row.zstar);
   for (auto i = history.size(); i < row.z.size(); ++i) {
     EXPECT_EQ(row.z[i], untouched);
@@ -61,7 +57,7 @@ Row append(MaskHistory& history, const body::MaskState* state) {
   return row;
 }
 
-void expect_as_specified(const Row& row, std::span<const std::unique_ptr<const body::MaskState>> seen,
+void expect_as_specified(const test::HistoryRow& row, std::span<const std::unique_ptr<const body::MaskState>> seen,
                          const std::string& kernel) {
   ASSERT_EQ(row.z.size(), seen.size());
   const auto& own = seen.back();

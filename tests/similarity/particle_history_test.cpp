@@ -20,14 +20,9 @@ using test::same_bits;
 
 const ParticleState* pointer(const std::optional<ParticleState>& state) { return state ? &*state : nullptr; }
 
-struct Row {
-  std::vector<float> z;
-  std::vector<float> zstar;
-};
-
-Row append(ParticleHistory& history, const ParticleState* state) {
+test::HistoryRow append(ParticleHistory& history, const ParticleState* state) {
   const auto rows = std::min(history.size() + 1, history.capacity());
-  Row row{std::vector<float>(rows), std::vector<float>(rows)};
+  test::HistoryRow row{std::vector<float>(rows), std::vector<float>(rows)};
   history.append(state, row.z, row.zstar);
   return row;
 }

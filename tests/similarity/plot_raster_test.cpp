@@ -7,11 +7,12 @@
 #include <gtest/gtest.h>
 
 #include "core/error.hpp"
+#include "support/states.hpp"
 
 namespace choreo::similarity {
 namespace {
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+using test::kNaN;
 
 struct Symmetric {
   std::size_t n;

@@ -8,10 +8,13 @@
 
 #include <gtest/gtest.h>
 
+#include "support/states.hpp"
+
 namespace choreo::similarity {
 namespace {
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+using test::kNaN;
+
 const cv::Vec3b kGap(90, 60, 60);
 const cv::Vec3b kBlank(20, 20, 20);
 const cv::Vec3b kRed(0, 0, 255);

@@ -4,6 +4,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <random>
 #include <vector>
@@ -32,6 +33,14 @@ inline States random_states(std::size_t n, std::size_t seed) {
   }
   return states;
 }
+
+/// What a history gives for one state.
+struct HistoryRow {
+  std::vector<float> z;
+  std::vector<float> zstar;
+};
+
+inline constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
 /// Equal as bits, so that NaN equals NaN.
 inline bool same_bits(float a, float b) { return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b); }
