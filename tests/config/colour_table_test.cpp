@@ -13,7 +13,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-std::string refused(std::string_view text, const std::string& columns = {}) {
+std::string table_refused(std::string_view text, const std::string& columns = {}) {
   try {
     (void)parse_colour_table(text, "some.csv", columns);
   } catch (const Error& error) {
@@ -51,26 +51,26 @@ TEST(ColourTable, MayBeSeparatedByTabsSemicolonsOrSpaces) {
 }
 
 TEST(ColourTable, RefusesByLineWhatIsNoColour) {
-  EXPECT_THAT(refused("1,2,3,1\n1,2,256,1\n"), AllOf(StartsWith("some.csv:2: "), HasSubstr("\"256\"")));
-  EXPECT_THAT(refused("1,2,3,1\n1,-2,3,1\n"), StartsWith("some.csv:2: "));
-  EXPECT_THAT(refused("1,2,3,1\n\n1,nan,3,1\n"), AllOf(StartsWith("some.csv:3: "), HasSubstr("\"nan\"")));
-  EXPECT_THAT(refused("1,2,3,1\n1,2,red,1\n"), HasSubstr("\"red\" is no colour's value"));
-  EXPECT_THAT(refused("1,2,2.5,1\n"), HasSubstr("\"2.5\""));
-  EXPECT_THAT(refused("1,2,,1\n"), HasSubstr("\"\""));
-  EXPECT_THAT(refused("1,2,3,skin\n"), HasSubstr("\"skin\" is no label"));
+  EXPECT_THAT(table_refused("1,2,3,1\n1,2,256,1\n"), AllOf(StartsWith("some.csv:2: "), HasSubstr("\"256\"")));
+  EXPECT_THAT(table_refused("1,2,3,1\n1,-2,3,1\n"), StartsWith("some.csv:2: "));
+  EXPECT_THAT(table_refused("1,2,3,1\n\n1,nan,3,1\n"), AllOf(StartsWith("some.csv:3: "), HasSubstr("\"nan\"")));
+  EXPECT_THAT(table_refused("1,2,3,1\n1,2,red,1\n"), HasSubstr("\"red\" is no colour's value"));
+  EXPECT_THAT(table_refused("1,2,2.5,1\n"), HasSubstr("\"2.5\""));
+  EXPECT_THAT(table_refused("1,2,,1\n"), HasSubstr("\"\""));
+  EXPECT_THAT(table_refused("1,2,3,skin\n"), HasSubstr("\"skin\" is no label"));
 }
 
 TEST(ColourTable, RefusesOtherColumnsThanItHas) {
-  EXPECT_THAT(refused("1,2,3\n"), AllOf(StartsWith("some.csv:1: "), HasSubstr("3 columns instead of 4")));
-  EXPECT_THAT(refused("1,2,3,1\n1,2,3,4,1\n"), AllOf(StartsWith("some.csv:2: "), HasSubstr("5 columns")));
-  EXPECT_THAT(refused("b,g,label\n1,2,3\n"), HasSubstr("no column is named red"));
-  EXPECT_THAT(refused("b,b,g,r,label\n1,2,3,4,5\n"), HasSubstr("more than one column is named blue"));
-  EXPECT_THAT(refused("1,2,3,1\n", "B,G,R,tag"), AllOf(HasSubstr("--columns"), HasSubstr("\"tag\"")));
+  EXPECT_THAT(table_refused("1,2,3\n"), AllOf(StartsWith("some.csv:1: "), HasSubstr("3 columns instead of 4")));
+  EXPECT_THAT(table_refused("1,2,3,1\n1,2,3,4,1\n"), AllOf(StartsWith("some.csv:2: "), HasSubstr("5 columns")));
+  EXPECT_THAT(table_refused("b,g,label\n1,2,3\n"), HasSubstr("no column is named red"));
+  EXPECT_THAT(table_refused("b,b,g,r,label\n1,2,3,4,5\n"), HasSubstr("more than one column is named blue"));
+  EXPECT_THAT(table_refused("1,2,3,1\n", "B,G,R,tag"), AllOf(HasSubstr("--columns"), HasSubstr("\"tag\"")));
 }
 
 TEST(ColourTable, RefusesEmptyOnes) {
-  EXPECT_THAT(refused(""), HasSubstr("no colour"));
-  EXPECT_THAT(refused("b,g,r,label\n"), HasSubstr("no colour"));
+  EXPECT_THAT(table_refused(""), HasSubstr("no colour"));
+  EXPECT_THAT(table_refused("b,g,r,label\n"), HasSubstr("no colour"));
   EXPECT_THROW((void)load_colour_table("/nowhere/at/all.csv"), Error);
   EXPECT_THROW((void)load_colour_table("/tmp"), Error);
 }

@@ -25,7 +25,7 @@ using ::testing::SizeIs;
 using namespace std::chrono_literals;
 using Kind = BackgroundSpec::Kind;
 
-const cv::Size kSize{32, 24};
+const cv::Size kPlateSize{32, 24};
 
 TEST(ParseBackground, SaysWhereItComesFrom) {
   EXPECT_EQ(parse_background("auto").kind, Kind::kAuto);
@@ -59,7 +59,7 @@ class LearnBackground : public ::testing::Test {
     return frames;
   }
   // Grey pictures that become brighter from 0 to 200 in equal steps.
-  static std::vector<devices::FramePtr> brightening(std::uint64_t count, cv::Size size = kSize) {
+  static std::vector<devices::FramePtr> brightening(std::uint64_t count, cv::Size size = kPlateSize) {
     std::vector<cv::Mat> greys;
     for (int v = 0; v <= 200; ++v) greys.emplace_back(size, CV_8UC3, cv::Scalar::all(v));
     std::vector<devices::FramePtr> frames;
@@ -73,7 +73,7 @@ class LearnBackground : public ::testing::Test {
                                          bool repeatable = true, const cv::Mat& plate = {}, int rows = 0) {
     devices::SourceInfo info;
     info.name = "clip.mkv";
-    info.size = frames.empty() ? kSize : frames[0]->bgr.size();
+    info.size = frames.empty() ? kPlateSize : frames[0]->bgr.size();
     info.repeatable = repeatable;
     info.duration = duration_;
     info.foreseeable = foreseeable_;
@@ -98,7 +98,7 @@ class LearnBackground : public ::testing::Test {
     return all;
   }
 
-  const cv::Mat wall_ = test::noise(kSize, CV_8UC3, 7);
+  const cv::Mat wall_ = test::noise(kPlateSize, CV_8UC3, 7);
   std::optional<Nanoseconds> duration_;
   bool foreseeable_ = true;
   std::function<void(std::size_t)> before_read_;
@@ -136,7 +136,7 @@ TEST_F(LearnBackground, FirstReadsTheFramesBeforeThatTimeSinceTheFirst) {
 
 TEST_F(LearnBackground, FirstIsTheMedianOfThoseFramesAlone) {
   auto frames = of_wall(30, wall_);
-  const cv::Mat later(kSize, CV_8UC3, cv::Scalar::all(90));
+  const cv::Mat later(kPlateSize, CV_8UC3, cv::Scalar::all(90));
   for (std::uint64_t i = 7; i < 30; ++i) frames[i] = frame_at(i, frames[i]->device_time, later);
   EXPECT_TRUE(same_pixels(learn(frames, "first:1s")->estimate.plate, wall_)) << "7 of 10 show it";
 }
@@ -167,7 +167,7 @@ TEST_F(LearnBackground, ATakeThatStandsForADeviceTeachesWhatTheDeviceTaught) {
 }
 
 TEST_F(LearnBackground, APlateIsTakenAsItIsAndTheClipOnlyTellsTheNoise) {
-  const cv::Mat plate = test::noise(kSize, CV_8UC3, 8);
+  const cv::Mat plate = test::noise(kPlateSize, CV_8UC3, 8);
   for (const bool repeatable : {true, false}) {
     const auto learned = learn(of_wall(30, wall_), "room.png", repeatable, plate);
     EXPECT_TRUE(same_pixels(learned->estimate.plate, plate));
@@ -226,7 +226,7 @@ TEST_F(LearnBackground, IsMadeAtTheWorkingSize) {
   EXPECT_EQ(learned->estimate.plate.size(), cv::Size(16, 12));
   const auto plate = learn(of_wall(5, wall_), "room.png", true, wall_, 12);
   EXPECT_EQ(plate->estimate.plate.size(), cv::Size(16, 12));
-  EXPECT_EQ(learned->source->read({})->bgr.size(), kSize) << "the frames stay as they are";
+  EXPECT_EQ(learned->source->read({})->bgr.size(), kPlateSize) << "the frames stay as they are";
 }
 
 TEST_F(LearnBackground, ProgressIsTheShareOfTheTimeOrSaidToBeUnknown) {
@@ -267,8 +267,8 @@ std::vector<devices::FramePtr> with_depth(std::uint64_t count, std::uint64_t fir
   std::vector<devices::FramePtr> frames;
   for (std::uint64_t i = 0; i < count; ++i) {
     auto frame = std::make_shared<devices::Frame>(
-        *frame_at(i, 100ms * static_cast<long>(i), cv::Mat(kSize, CV_8UC3, cv::Scalar(90, 90, 90))));
-    if (i >= first) frame->depth = cv::Mat(kSize, CV_16UC1, cv::Scalar(3000));
+        *frame_at(i, 100ms * static_cast<long>(i), cv::Mat(kPlateSize, CV_8UC3, cv::Scalar(90, 90, 90))));
+    if (i >= first) frame->depth = cv::Mat(kPlateSize, CV_16UC1, cv::Scalar(3000));
     frames.push_back(frame);
   }
   return frames;
@@ -279,9 +279,9 @@ std::optional<LearnedBackground> learn_by(vision::Segmentation segmentation,
                                           bool repeatable = true, int rows = 0) {
   devices::SourceInfo info;
   info.name = "clip.oni";
-  info.size = kSize;
+  info.size = kPlateSize;
   info.repeatable = repeatable;
-  const cv::Mat plate(kSize, CV_8UC3, cv::Scalar(90, 90, 90));
+  const cv::Mat plate(kPlateSize, CV_8UC3, cv::Scalar(90, 90, 90));
   return learn_background(
       std::make_unique<ListedSource>(frames, info), parse_background(background), plate, rows,
       [=] { return std::make_unique<ListedSource>(frames, info); }, [](double) {}, {}, true, segmentation);

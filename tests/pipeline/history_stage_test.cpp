@@ -19,11 +19,11 @@ namespace {
 using test::SimulatedClock;
 using namespace std::chrono_literals;
 
-const cv::Size kSize{64, 48};
+const cv::Size kHistorySize{64, 48};
 
 // A block that wanders and grows, another for every i.
 std::unique_ptr<const body::MaskState> state_of(int i) {
-  cv::Mat mask = cv::Mat::zeros(kSize, CV_8UC1);
+  cv::Mat mask = cv::Mat::zeros(kHistorySize, CV_8UC1);
   mask(cv::Rect(5 + i % 20, 4 + i % 7, 10 + i % 13, 20 + i % 17)) = 255;
   mask(cv::Rect(30, 30, 1 + i % 5, 3)) = 255;
   return std::make_unique<const body::MaskState>(mask);
@@ -45,7 +45,7 @@ class HistoryStageTest : public ::testing::Test {
 };
 
 TEST_F(HistoryStageTest, ARowIsThatOfTheBatchToTheLastBit) {
-  similarity::MaskHistory history(kSize, 100, similarity::choose_and_count());
+  similarity::MaskHistory history(kHistorySize, 100, similarity::choose_and_count());
   HistoryStage stage(history, 1h, clock_, nullptr);
   std::vector<std::unique_ptr<const body::MaskState>> states;
   for (int i = 0; i < 40; ++i) {
@@ -92,7 +92,7 @@ TEST_F(HistoryStageTest, ParticleStatesAreComparedLikewiseAndMasksAreNotLookedAt
 }
 
 TEST_F(HistoryStageTest, WhatIsOlderThanTheHistoryGoesByTimeNotByNumber) {
-  similarity::MaskHistory history(kSize, 100, similarity::choose_and_count());
+  similarity::MaskHistory history(kHistorySize, 100, similarity::choose_and_count());
   HistoryStage stage(history, 1s, clock_, nullptr);
   // Uneven times: half a second apart, then ten frames in a second, then a long pause.
   EXPECT_EQ(passed(stage, 0, 0ms).z_row.size(), 1u);
@@ -104,7 +104,7 @@ TEST_F(HistoryStageTest, WhatIsOlderThanTheHistoryGoesByTimeNotByNumber) {
 }
 
 TEST_F(HistoryStageTest, MoreFramesThanDeclaredPushTheOldestOut) {
-  similarity::MaskHistory history(kSize, 5, similarity::choose_and_count());
+  similarity::MaskHistory history(kHistorySize, 5, similarity::choose_and_count());
   HistoryStage stage(history, 1h, clock_, &cost_);
   for (int i = 0; i < 5; ++i) EXPECT_EQ(passed(stage, i, i * 10ms).z_row.size(), std::size_t(i + 1));
   EXPECT_EQ(cost_.full().count, 0u);
@@ -119,7 +119,7 @@ TEST_F(HistoryStageTest, MoreFramesThanDeclaredPushTheOldestOut) {
 }
 
 TEST_F(HistoryStageTest, FramesWithoutABodyTakeTheirPlaceAndCostNothing) {
-  similarity::MaskHistory history(kSize, 3, similarity::choose_and_count());
+  similarity::MaskHistory history(kHistorySize, 3, similarity::choose_and_count());
   HistoryStage stage(history, 1h, clock_, &cost_);
   passed(stage, 0, 0ms);
   const auto gap = passed(stage, 1, 10ms, false);

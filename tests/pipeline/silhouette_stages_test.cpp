@@ -16,9 +16,9 @@ using test::frame_at;
 using test::same_pixels;
 using namespace std::chrono_literals;
 
-const cv::Size kSize{160, 120};
+const cv::Size kSilhouetteSize{160, 120};
 
-cv::Mat wall() { return {kSize, CV_8UC3, cv::Scalar(60, 70, 80)}; }
+cv::Mat wall() { return {kSilhouetteSize, CV_8UC3, cv::Scalar(60, 70, 80)}; }
 
 cv::Mat with_square(cv::Rect square) {
   auto picture = wall();
@@ -42,7 +42,7 @@ Observation observed(const cv::Mat& picture, Nanoseconds time) {
 
 TEST(PictureStage, BringsTheFrameToTheWorkingSizeAndLeavesItAlone) {
   PictureStage stage({80, 60});
-  const auto picture = test::noise(kSize, CV_8UC3, 1);
+  const auto picture = test::noise(kSilhouetteSize, CV_8UC3, 1);
   auto observation = observed(picture.clone(), 0s);
   stage.process(observation);
   EXPECT_EQ(observation.picture.size(), cv::Size(80, 60));
@@ -52,7 +52,7 @@ TEST(PictureStage, BringsTheFrameToTheWorkingSizeAndLeavesItAlone) {
 TEST(PictureStage, BringsDepthAlongOnlyWhereItIsLookedAt) {
   auto frame = std::make_shared<devices::Frame>();
   frame->bgr = wall();
-  frame->depth = cv::Mat(kSize, CV_16UC1, cv::Scalar(2500));
+  frame->depth = cv::Mat(kSilhouetteSize, CV_16UC1, cv::Scalar(2500));
   Observation observation;
   observation.frame = frame;
   PictureStage({80, 60}).process(observation);
@@ -63,8 +63,8 @@ TEST(PictureStage, BringsDepthAlongOnlyWhereItIsLookedAt) {
 
 TEST(MaskStage, MasksTheDepthWhereASegmenterUsesIt) {
   vision::DepthBackground room;
-  room.depth_mm = cv::Mat(kSize, CV_16UC1, cv::Scalar(3000));
-  room.spread_mm = cv::Mat(kSize, CV_32FC1, cv::Scalar(5));
+  room.depth_mm = cv::Mat(kSilhouetteSize, CV_16UC1, cv::Scalar(3000));
+  room.spread_mm = cv::Mat(kSilhouetteSize, CV_32FC1, cv::Scalar(5));
   MaskStage stage(vision::Segmenter(std::nullopt, vision::DepthMasker(room, {}, {}), {}));
   auto observation = observed(wall(), 0s);
   observation.picture = wall();
@@ -82,14 +82,14 @@ TEST(MaskStage, MasksThePictureAtItsTime) {
   stage.process(observation);
   EXPECT_TRUE(observation.mask.body);
   EXPECT_EQ(observation.mask.area, 20 * 40);
-  EXPECT_EQ(observation.mask.mask.size(), kSize);
+  EXPECT_EQ(observation.mask.mask.size(), kSilhouetteSize);
   EXPECT_EQ(cv::boundingRect(observation.mask.mask), cv::Rect(40, 30, 20, 40));
 }
 
 // The observation as the first two stages leave it.
 Observation masked(const std::optional<cv::Rect>& body, Nanoseconds time) {
   auto observation = observed(wall(), time);
-  observation.mask.mask = cv::Mat::zeros(kSize, CV_8UC1);
+  observation.mask.mask = cv::Mat::zeros(kSilhouetteSize, CV_8UC1);
   if (body) {
     observation.mask.mask(*body).setTo(255);
     observation.mask.body = true;
@@ -151,7 +151,7 @@ TEST(SilhouetteStages, OneThreadAndManyGiveTheSameObservations) {
   for (int i = 0; i < 60; ++i) {
     // A square that crosses the picture and is gone for a while, in sensor noise.
     cv::Mat picture = i / 10 == 2 ? wall() : with_square({2 * i, 20 + i / 2, 24, 40});
-    picture += test::noise(kSize, CV_8UC3, static_cast<std::uint64_t>(i)) / 64;
+    picture += test::noise(kSilhouetteSize, CV_8UC3, static_cast<std::uint64_t>(i)) / 64;
     frames.push_back(frame_at(static_cast<std::uint64_t>(i), 40ms * i, picture));
   }
   const auto with_threads = [&](int threads) {

@@ -17,14 +17,14 @@ namespace choreo::vision {
 namespace {
 
 constexpr double kUnit = 30;  // A face width in pixels.
-const cv::Size kSize(480, 420);
+const cv::Size kArmsSize(480, 420);
 const cv::Point2d kFace(240, 130);
 const cv::Mat kEverywhere;
 
 // A person drawn in face widths from the face's centre, y down.
 class Drawing {
  public:
-  Drawing() : tone(cv::Mat::zeros(kSize, CV_8UC1)) {
+  Drawing() : tone(cv::Mat::zeros(kArmsSize, CV_8UC1)) {
     face.centre = kFace;
     face.width = kUnit;
     face.confidence = 1;
@@ -228,7 +228,7 @@ TEST(ArmFinder, FingertipsThatNearlyMeetAreTwoArmsNotPieces) {
 TEST(ArmFinder, WhatIsNotBodyIsNoArm) {
   auto drawing = Drawing().limb({2.5, 1.3}, {5, 1.3});
   drawing.limb({-2.5, 1.3}, {-5, 1.3});
-  cv::Mat body(kSize, CV_8UC1, cv::Scalar(255));
+  cv::Mat body(kArmsSize, CV_8UC1, cv::Scalar(255));
   body(cv::Rect(0, 0, 200, 420)).setTo(0);
   ArmFinder finder;
   const auto arms = finder.find(drawing.tone, body, drawing.face, 0);
@@ -280,9 +280,9 @@ TEST(ArmFinder, LearnsHowLargeArmsAreByTimeAndNotByFrames) {
 TEST(ArmFinder, AtTheRightEdgeOfTheWidestPictureThereAreArmsToo) {
   const auto drawing = out_to_both_sides();
   const auto here = drawing.found();
-  const cv::Point shift(kLongestSide - kSize.width, kLongestSide - kSize.height);
+  const cv::Point shift(kLongestSide - kArmsSize.width, kLongestSide - kArmsSize.height);
   cv::Mat wide = cv::Mat::zeros(kLongestSide, kLongestSide, CV_8UC1);
-  drawing.tone.copyTo(wide(cv::Rect(shift, kSize)));
+  drawing.tone.copyTo(wide(cv::Rect(shift, kArmsSize)));
   auto face = drawing.face;
   face.centre += cv::Point2d(shift);
   ArmFinder finder;
@@ -315,7 +315,7 @@ TEST(ArmFinder, APictureAtItsEdgesAndAFaceOutsideAreNoTrouble) {
 TEST(ArmFinder, WhereInThePictureTheBodyStandsDoesNotMatter) {
   auto drawing = Drawing().limb({-1.5, 2}, {-3, 3.4}).limb({1.5, 1.3}, {3.6, 0.2});
   const auto here = drawing.found();
-  cv::Mat moved = cv::Mat::zeros(kSize, CV_8UC1);
+  cv::Mat moved = cv::Mat::zeros(kArmsSize, CV_8UC1);
   drawing.tone(cv::Rect(0, 0, 440, 400)).copyTo(moved(cv::Rect(31, 17, 440, 400)));
   drawing.tone = moved;
   drawing.face.centre += cv::Point2d(31, 17);

@@ -20,20 +20,20 @@ namespace {
 using test::disc_mask;
 using test::figure_mask;
 using test::in_light;
+using test::kRed;
 using test::mean_difference;
 using test::same_bytes;
 using test::textured_wall;
 using test::with_body;
 using test::with_noise;
 
-const cv::Size kSize(160, 120);
-const cv::Scalar kRed(40, 50, 190);
+const cv::Size kClipSize(160, 120);
 
 std::vector<cv::Mat> crossing_disc(int count, double sigma) {
   std::vector<cv::Mat> pictures;
   for (int k = 0; k < count; ++k) {
-    const auto body = disc_mask(kSize, {15 + 130 * k / count, 60}, 14);
-    pictures.push_back(with_noise(with_body(textured_wall(kSize), body, kRed), sigma, std::uint64_t(k)));
+    const auto body = disc_mask(kClipSize, {15 + 130 * k / count, 60}, 14);
+    pictures.push_back(with_noise(with_body(textured_wall(kClipSize), body, kRed), sigma, std::uint64_t(k)));
   }
   return pictures;
 }
@@ -50,9 +50,9 @@ Clip mostly_standing(double sigma, int empty_from) {
   QuietStretches quiet;
   for (int k = 0; k < 300; ++k) {
     const bool empty = k >= empty_from && k < empty_from + 30;
-    auto body = figure_mask(kSize, {80, 60}, 100);
+    auto body = figure_mask(kClipSize, {80, 60}, 100);
     body(cv::Rect(92, 40 + 10 * (k / 20 % 3), 30, 7)) = 255;
-    const auto scene = empty ? textured_wall(kSize) : with_body(textured_wall(kSize), body, kRed);
+    const auto scene = empty ? textured_wall(kClipSize) : with_body(textured_wall(kClipSize), body, kRed);
     const auto picture = with_noise(scene, sigma, std::uint64_t(k));
     quiet.add(picture, k / 30.0);
     if (k % 5 == 0) clip.pictures.push_back(picture);
@@ -71,14 +71,14 @@ TEST(MedianPlate, IsTheMiddleValuePerChannel) {
 
 TEST(MedianPlate, ShowsTheWallWhereMostPicturesDo) {
   const auto plate = median_plate(crossing_disc(40, 2));
-  EXPECT_LT(mean_difference(plate, textured_wall(kSize)), 1.0);
+  EXPECT_LT(mean_difference(plate, textured_wall(kClipSize)), 1.0);
 }
 
 TEST(EstimateBackground, ADiscThatCrossesLeavesNoTrace) {
   for (const double sigma : {0.5, 3.0}) {
     const auto estimate = estimate_background(crossing_disc(40, sigma), {});
-    EXPECT_LT(mean_difference(estimate.plate, textured_wall(kSize)), 1.5) << sigma;
-    EXPECT_LT(test::largest_difference(estimate.plate, textured_wall(kSize)), 10) << sigma;
+    EXPECT_LT(mean_difference(estimate.plate, textured_wall(kClipSize)), 1.5) << sigma;
+    EXPECT_LT(test::largest_difference(estimate.plate, textured_wall(kClipSize)), 10) << sigma;
     EXPECT_FALSE(estimate.uncertain()) << estimate.unseen;
     EXPECT_EQ(estimate.empty, 0.0);
   }
@@ -88,7 +88,7 @@ TEST(EstimateBackground, OneSecondOfTheEmptyRoomInTenIsEnough) {
   for (const int empty_from : {0, 135, 270}) {
     const auto clip = mostly_standing(2, empty_from);
     const auto estimate = estimate_background(clip.pictures, clip.quiet);
-    EXPECT_LT(test::largest_difference(estimate.plate, textured_wall(kSize)), 12) << empty_from;
+    EXPECT_LT(test::largest_difference(estimate.plate, textured_wall(kClipSize)), 12) << empty_from;
     EXPECT_FALSE(estimate.uncertain()) << estimate.unseen;
     EXPECT_NEAR(estimate.empty, 0.1, 0.04);
   }
@@ -96,7 +96,7 @@ TEST(EstimateBackground, OneSecondOfTheEmptyRoomInTenIsEnough) {
 
 TEST(EstimateBackground, WithoutItsQuietStretchesTheSameClipKeepsTheBodyInTheWall) {
   const auto clip = mostly_standing(2, 135);
-  EXPECT_GT(mean_difference(estimate_background(clip.pictures, {}).plate, textured_wall(kSize)), 5.0);
+  EXPECT_GT(mean_difference(estimate_background(clip.pictures, {}).plate, textured_wall(kClipSize)), 5.0);
 }
 
 TEST(EstimateBackground, TheNoiseIsMeasuredToAFifth) {
@@ -111,7 +111,7 @@ TEST(EstimateBackground, TheNoiseOfAFlatWallIsMeasuredToo) {
   for (const double sigma : {1.0, 3.0, 6.0}) {
     std::vector<cv::Mat> pictures;
     for (int k = 0; k < 20; ++k) {
-      pictures.push_back(with_noise(cv::Mat(kSize, CV_8UC3, cv::Scalar::all(128)), sigma, std::uint64_t(k)));
+      pictures.push_back(with_noise(cv::Mat(kClipSize, CV_8UC3, cv::Scalar::all(128)), sigma, std::uint64_t(k)));
     }
     EXPECT_NEAR(estimate_background(pictures, {}).noise, sigma, 0.2 * sigma);
   }
@@ -128,7 +128,7 @@ TEST(EstimateBackground, StepsOfExposureBetweenThePicturesDoNotMatter) {
   // The plate is in one of the lights, and the same all over.
   double best = 255;
   for (const double gain : {0.9, 1.0, 1.1}) {
-    best = std::min(best, test::largest_difference(estimate.plate, in_light(textured_wall(kSize), gain)));
+    best = std::min(best, test::largest_difference(estimate.plate, in_light(textured_wall(kClipSize), gain)));
   }
   EXPECT_LT(best, 12);
 }
@@ -138,9 +138,9 @@ std::vector<cv::Mat> never_leaving(int count, double sigma) {
   std::vector<cv::Mat> pictures;
   for (int k = 0; k < count; ++k) {
     const int x = 80 + static_cast<int>(std::lround(8 * std::sin(k * 0.7)));
-    auto body = figure_mask(kSize, {x, 60}, 100);
+    auto body = figure_mask(kClipSize, {x, 60}, 100);
     body(cv::Rect(k % 2 == 0 ? x + 10 : x - 40, 25 + 9 * (k % 5), 30, 7)) = 255;
-    pictures.push_back(with_noise(with_body(textured_wall(kSize), body, kRed), sigma, std::uint64_t(k)));
+    pictures.push_back(with_noise(with_body(textured_wall(kClipSize), body, kRed), sigma, std::uint64_t(k)));
   }
   return pictures;
 }
@@ -153,16 +153,16 @@ TEST(EstimateBackground, APerformerWhoNeverLeavesMakesItUncertain) {
 
 TEST(EstimateBackground, AnEmptyRoomIsCertain) {
   std::vector<cv::Mat> pictures;
-  for (int k = 0; k < 20; ++k) pictures.push_back(with_noise(textured_wall(kSize), 3, std::uint64_t(k)));
+  for (int k = 0; k < 20; ++k) pictures.push_back(with_noise(textured_wall(kClipSize), 3, std::uint64_t(k)));
   const auto estimate = estimate_background(pictures, {});
   EXPECT_FALSE(estimate.uncertain());
   EXPECT_EQ(estimate.unseen, 0.0);
   EXPECT_EQ(estimate.empty, 1.0);
-  EXPECT_LT(mean_difference(estimate.plate, textured_wall(kSize)), 1.5);
+  EXPECT_LT(mean_difference(estimate.plate, textured_wall(kClipSize)), 1.5);
 }
 
 TEST(EstimateBackground, OnePictureAndOnePixelAreFine) {
-  for (const auto size : {cv::Size(1, 1), cv::Size(1, 20), cv::Size(20, 1), kSize}) {
+  for (const auto size : {cv::Size(1, 1), cv::Size(1, 20), cv::Size(20, 1), kClipSize}) {
     for (const int count : {1, 2, 3}) {
       const std::vector<cv::Mat> pictures(std::size_t(count), cv::Mat(size, CV_8UC3, cv::Scalar(90, 100, 110)));
       const auto estimate = estimate_background(pictures, pictures);
@@ -192,23 +192,23 @@ TEST(EstimateBackground, ThePicturesAreNotWrittenTo) {
 }
 
 TEST(JudgePlate, AGoodPlateIsCertainAndTellsTheNoise) {
-  const auto estimate = judge_plate(textured_wall(kSize), crossing_disc(30, 3));
-  EXPECT_TRUE(same_bytes(estimate.plate, textured_wall(kSize)));
+  const auto estimate = judge_plate(textured_wall(kClipSize), crossing_disc(30, 3));
+  EXPECT_TRUE(same_bytes(estimate.plate, textured_wall(kClipSize)));
   EXPECT_NEAR(estimate.noise, 3, 0.6);
   EXPECT_FALSE(estimate.uncertain());
   EXPECT_EQ(estimate.empty, 0.0);
 }
 
 TEST(JudgePlate, APlateInAnotherLightIsJudgedInThePicturesLight) {
-  const auto estimate = judge_plate(in_light(textured_wall(kSize), 0.85), crossing_disc(30, 2));
+  const auto estimate = judge_plate(in_light(textured_wall(kClipSize), 0.85), crossing_disc(30, 2));
   EXPECT_NEAR(estimate.noise, 2, 0.6);
   EXPECT_FALSE(estimate.uncertain());
 }
 
 TEST(JudgePlate, TheEmptyPicturesAreCounted) {
   auto pictures = crossing_disc(30, 1);
-  for (int k = 0; k < 10; ++k) pictures.push_back(with_noise(textured_wall(kSize), 1, std::uint64_t(k) + 50));
-  EXPECT_DOUBLE_EQ(judge_plate(textured_wall(kSize), pictures).empty, 0.25);
+  for (int k = 0; k < 10; ++k) pictures.push_back(with_noise(textured_wall(kClipSize), 1, std::uint64_t(k) + 50));
+  EXPECT_DOUBLE_EQ(judge_plate(textured_wall(kClipSize), pictures).empty, 0.25);
 }
 
 TEST(JudgePlate, APlateWithTheTrunkInItIsDoubted) {

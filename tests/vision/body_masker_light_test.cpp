@@ -15,17 +15,17 @@ namespace {
 using test::figure_mask;
 using test::in_light;
 using test::iou;
+using test::kRed;
 using test::same_bytes;
 using test::textured_wall;
 using test::with_body;
 using test::with_noise;
 
-const cv::Size kSize(160, 120);
-const cv::Scalar kRed(40, 50, 190);
+const cv::Size kLitSize(160, 120);
 
 /// A wall nobody has seen before, quite unlike `textured_wall`.
 cv::Mat other_wall() {
-  cv::Mat wall(kSize, CV_8UC3);
+  cv::Mat wall(kLitSize, CV_8UC3);
   for (int y = 0; y < wall.rows; ++y) {
     for (int x = 0; x < wall.cols; ++x) {
       const bool light = (x / 20 + y / 20) % 2 == 0;
@@ -35,10 +35,10 @@ cv::Mat other_wall() {
   return wall;
 }
 
-cv::Mat body_at(int k) { return figure_mask(kSize, {60 + k % 40, 60}, 90); }
+cv::Mat body_at(int k) { return figure_mask(kLitSize, {60 + k % 40, 60}, 90); }
 
 TEST(BodyMaskerLight, ASlowDriftIsFollowedWhileTheBodyStays) {
-  const auto wall = textured_wall(kSize);
+  const auto wall = textured_wall(kLitSize);
   BodyMasker masker(wall, 1, {});
   const auto body = body_at(0);
   for (int k = 0; k < 300; ++k) {
@@ -52,20 +52,20 @@ TEST(BodyMaskerLight, ASlowDriftIsFollowedWhileTheBodyStays) {
 }
 
 TEST(BodyMaskerLight, TheRunningBackgroundAloneFollowsItWhereTheBodyMovesAbout) {
-  const auto wall = textured_wall(kSize);
+  const auto wall = textured_wall(kLitSize);
   MaskOptions options;
   options.follow_exposure = false;
   options.follow_s = 1;
   BodyMasker masker(wall, 1, options);
   for (int k = 0; k < 300; ++k) {
-    const auto body = figure_mask(kSize, {80 + static_cast<int>(std::lround(50 * std::sin(k * 0.1))), 60}, 90);
+    const auto body = figure_mask(kLitSize, {80 + static_cast<int>(std::lround(50 * std::sin(k * 0.1))), 60}, 90);
     const auto picture = with_noise(with_body(in_light(wall, 1, k * 0.1), body, kRed), 1, std::uint64_t(k));
     ASSERT_GT(iou(masker.process(picture, k / 30.0).mask, body), 0.95) << k;
   }
 }
 
 TEST(BodyMaskerLight, WithNothingFollowedTheSameDriftDrownsTheBody) {
-  const auto wall = textured_wall(kSize);
+  const auto wall = textured_wall(kLitSize);
   MaskOptions options;
   options.follow_exposure = false;
   options.follow_s = 0;
@@ -77,7 +77,7 @@ TEST(BodyMaskerLight, WithNothingFollowedTheSameDriftDrownsTheBody) {
 
 TEST(BodyMaskerLight, AnUnevenDriftIsLearnedBesideTheBody) {
   // Light from the left: no curve of levels explains it.
-  const auto wall = textured_wall(kSize);
+  const auto wall = textured_wall(kLitSize);
   MaskOptions options;
   options.follow_s = 1;
   BodyMasker masker(wall, 1, options);
@@ -91,7 +91,7 @@ TEST(BodyMaskerLight, AnUnevenDriftIsLearnedBesideTheBody) {
 }
 
 TEST(BodyMaskerLight, AStandingBodyIsNeverLearnedAway) {
-  const auto wall = textured_wall(kSize);
+  const auto wall = textured_wall(kLitSize);
   MaskOptions options;
   options.follow_s = 0.5;
   BodyMasker masker(wall, 1, options);
@@ -103,7 +103,7 @@ TEST(BodyMaskerLight, AStandingBodyIsNeverLearnedAway) {
 }
 
 TEST(BodyMaskerLight, AChangeOfExposureIsAbsorbed) {
-  const auto wall = textured_wall(kSize);
+  const auto wall = textured_wall(kLitSize);
   BodyMasker masker(wall, 1, {});
   int k = 0;
   for (const double gain : {1.0, 0.95, 1.06, 0.9, 1.12, 1.0}) {
@@ -119,7 +119,7 @@ TEST(BodyMaskerLight, AChangeOfExposureIsAbsorbed) {
 }
 
 TEST(BodyMaskerLight, AChangeOfWhiteBalanceInTheEmptyRoomIsNoBody) {
-  const auto wall = textured_wall(kSize);
+  const auto wall = textured_wall(kLitSize);
   BodyMasker masker(wall, 1, {});
   for (int k = 0; k < 10; ++k) {
     cv::Mat tinted;
@@ -129,7 +129,7 @@ TEST(BodyMaskerLight, AChangeOfWhiteBalanceInTheEmptyRoomIsNoBody) {
 }
 
 TEST(BodyMaskerLight, ASuddenChangeOfLightIsSaidAtThatFrameAndTheBodyIsFoundInIt) {
-  const auto wall = textured_wall(kSize);
+  const auto wall = textured_wall(kLitSize);
   for (const double gain : {0.6, 1.5}) {
     for (const bool follow_exposure : {true, false}) {
       MaskOptions options;
@@ -150,7 +150,7 @@ TEST(BodyMaskerLight, ASuddenChangeOfLightIsSaidAtThatFrameAndTheBodyIsFoundInIt
 }
 
 TEST(BodyMaskerLight, ANewSceneIsLearnedAndThenTheBodyIsFoundBeforeIt) {
-  const auto wall = textured_wall(kSize);
+  const auto wall = textured_wall(kLitSize);
   const auto elsewhere = other_wall();
   MaskOptions options;
   options.relearn_s = 0.5;
@@ -174,7 +174,7 @@ TEST(BodyMaskerLight, ANewSceneIsLearnedAndThenTheBodyIsFoundBeforeIt) {
 }
 
 TEST(BodyMaskerLight, ASceneThatChangesAgainWhileItIsLearnedIsLearnedAnew) {
-  const auto wall = textured_wall(kSize);
+  const auto wall = textured_wall(kLitSize);
   const auto between = other_wall();
   const auto last = cv::Mat(255 - between);
   MaskOptions options;
@@ -194,8 +194,8 @@ TEST(BodyMaskerLight, ASceneThatChangesAgainWhileItIsLearnedIsLearnedAnew) {
 TEST(BodyMaskerLight, WithNoTimeToLearnTheFrameItselfIsTheNewWall) {
   MaskOptions options;
   options.relearn_s = 0;
-  BodyMasker masker(textured_wall(kSize), 1, options);
-  EXPECT_FALSE(masker.process(textured_wall(kSize), 0).sudden);
+  BodyMasker masker(textured_wall(kLitSize), 1, options);
+  EXPECT_FALSE(masker.process(textured_wall(kLitSize), 0).sudden);
   const auto changed = masker.process(other_wall(), 0.1);
   EXPECT_TRUE(changed.sudden);
   EXPECT_FALSE(changed.body || changed.learning);
@@ -207,15 +207,15 @@ TEST(BodyMaskerLight, WithNoTimeToLearnTheFrameItselfIsTheNewWall) {
 TEST(BodyMaskerLight, SwitchedOffASuddenChangeIsNotSaid) {
   MaskOptions options;
   options.sudden_percent = 100;
-  BodyMasker masker(textured_wall(kSize), 1, options);
-  (void)masker.process(textured_wall(kSize), 0);
+  BodyMasker masker(textured_wall(kLitSize), 1, options);
+  (void)masker.process(textured_wall(kLitSize), 0);
   const auto result = masker.process(other_wall(), 0.1);
   EXPECT_FALSE(result.sudden || result.learning);
   EXPECT_TRUE(result.body);
 }
 
 TEST(BodyMaskerLight, TheSamePicturesTwiceGiveTheSameBytes) {
-  const auto wall = textured_wall(kSize);
+  const auto wall = textured_wall(kLitSize);
   MaskOptions options;
   options.relearn_s = 0.1;
   options.follow_s = 0.5;

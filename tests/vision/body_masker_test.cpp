@@ -22,7 +22,7 @@ using test::textured_wall;
 using test::with_body;
 using test::with_noise;
 
-const cv::Size kSize(100, 80);
+const cv::Size kMaskerSize(100, 80);
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// Only the difference and the threshold: everything else is off.
@@ -40,7 +40,7 @@ MaskOptions bare(double threshold) {
   return options;
 }
 
-cv::Mat grey_wall(cv::Size size = kSize, int level = 100) { return {size, CV_8UC3, cv::Scalar::all(level)}; }
+cv::Mat grey_wall(cv::Size size = kMaskerSize, int level = 100) { return {size, CV_8UC3, cv::Scalar::all(level)}; }
 
 MaskResult one(const cv::Mat& plate, const cv::Mat& picture, const MaskOptions& options, double noise = 1) {
   return BodyMasker(plate, noise, options).process(picture, 0.0);
@@ -63,7 +63,7 @@ TEST(BodyMasker, APixelMustDifferByMoreThanTheThreshold) {
   const auto result = one(grey_wall(), with_box(grey_wall(), box, 121), bare(20));
   EXPECT_TRUE(result.body);
   EXPECT_EQ(result.area, 900);
-  EXPECT_TRUE(same_bytes(result.mask, box_mask(kSize, box)));
+  EXPECT_TRUE(same_bytes(result.mask, box_mask(kMaskerSize, box)));
   EXPECT_TRUE(one(grey_wall(), with_box(grey_wall(), box, 79), bare(20)).body) << "darker counts as well";
 }
 
@@ -91,11 +91,11 @@ TEST(BodyMasker, StepsCloseGapsInTheBody) {
 }
 
 TEST(BodyMasker, OnlyTheRegionOfInterestIsLookedAt) {
-  const auto picture = grey_wall(kSize, 200);
+  const auto picture = grey_wall(kMaskerSize, 200);
   auto options = bare(20);
   // 100 x 80 pixels: columns 25 to 49, rows 8 to 39.
   options.roi = {0.25, 0.1, 0.5, 0.5};
-  EXPECT_TRUE(same_bytes(one(grey_wall(), picture, options).mask, box_mask(kSize, {25, 8, 25, 32})));
+  EXPECT_TRUE(same_bytes(one(grey_wall(), picture, options).mask, box_mask(kMaskerSize, {25, 8, 25, 32})));
   options.roi = {0, 0, 1, 0.5};
   EXPECT_EQ(one(grey_wall(), picture, options).area, 100 * 40);
 }
@@ -104,18 +104,18 @@ TEST(BodyMasker, IgnoredZonesAreCutOutOfTheRegionOfInterest) {
   auto options = bare(20);
   options.roi = {0, 0, 0.5, 1};
   options.ignore = {{0.1, 0.25, 0.2, 0.5}, {0.4, 0, 1, 1}};
-  auto expected = box_mask(kSize, {0, 0, 40, 80});
+  auto expected = box_mask(kMaskerSize, {0, 0, 40, 80});
   expected(cv::Rect(10, 20, 10, 20)) = 0;
-  EXPECT_TRUE(same_bytes(one(grey_wall(), grey_wall(kSize, 200), options).mask, expected));
+  EXPECT_TRUE(same_bytes(one(grey_wall(), grey_wall(kMaskerSize, 200), options).mask, expected));
 }
 
 TEST(BodyMasker, ZonesThatLeaveNothingLeaveNoBody) {
   auto options = bare(20);
   options.ignore = {{0, 0, 1, 1}};
-  EXPECT_FALSE(one(grey_wall(), grey_wall(kSize, 200), options).body);
+  EXPECT_FALSE(one(grey_wall(), grey_wall(kMaskerSize, 200), options).body);
   options.ignore = {};
   options.roi = {0.5, 0.5, 0.5001, 0.5001};  // Less than a pixel.
-  EXPECT_FALSE(one(grey_wall(), grey_wall(kSize, 200), options).body);
+  EXPECT_FALSE(one(grey_wall(), grey_wall(kMaskerSize, 200), options).body);
 }
 
 TEST(BodyMasker, OfSeveralComponentsAllAreKeptOrTheLargestAlone) {
@@ -124,7 +124,7 @@ TEST(BodyMasker, OfSeveralComponentsAllAreKeptOrTheLargestAlone) {
   auto options = bare(20);
   EXPECT_EQ(one(grey_wall(), picture, options).area, 400 + 800);
   options.largest_only = true;
-  EXPECT_TRUE(same_bytes(one(grey_wall(), picture, options).mask, box_mask(kSize, {50, 5, 20, 40})));
+  EXPECT_TRUE(same_bytes(one(grey_wall(), picture, options).mask, box_mask(kMaskerSize, {50, 5, 20, 40})));
 }
 
 TEST(BodyMasker, ComponentsBelowTheSpecksShareGo) {
@@ -132,7 +132,7 @@ TEST(BodyMasker, ComponentsBelowTheSpecksShareGo) {
   picture = with_box(picture, {50, 5, 13, 3}, 200);          // 39.
   auto options = bare(20);
   options.speck_percent = 0.5;
-  EXPECT_TRUE(same_bytes(one(grey_wall(), picture, options).mask, box_mask(kSize, {5, 5, 4, 10})));
+  EXPECT_TRUE(same_bytes(one(grey_wall(), picture, options).mask, box_mask(kMaskerSize, {5, 5, 4, 10})));
 }
 
 TEST(BodyMasker, ABodyHasAtLeastItsShareOfThePicture) {
@@ -149,7 +149,7 @@ TEST(BodyMasker, ABodyHasAtLeastItsShareOfThePicture) {
 TEST(BodyMasker, TheEmptyRoomHasNoBodyEvenIfNoneWouldBeSmallEnough) {
   const auto result = one(grey_wall(), grey_wall(), bare(20));
   EXPECT_FALSE(result.body);
-  EXPECT_EQ(result.mask.size(), kSize);
+  EXPECT_EQ(result.mask.size(), kMaskerSize);
   EXPECT_EQ(result.mask.type(), CV_8UC1);
 }
 
@@ -184,7 +184,7 @@ TEST(BodyMasker, AFigureIsFoundWithDefaultSettings) {
 }
 
 TEST(BodyMasker, EveryResultStaysAsItWas) {
-  const auto wall = textured_wall(kSize);
+  const auto wall = textured_wall(kMaskerSize);
   BodyMasker masker(wall, 1, {});
   const auto first = masker.process(with_box(wall.clone(), {20, 20, 30, 30}, 240), 0.0);
   const auto copy = first.mask.clone();
@@ -193,7 +193,7 @@ TEST(BodyMasker, EveryResultStaysAsItWas) {
 }
 
 TEST(BodyMasker, ThePlateAndThePicturesAreNotWrittenTo) {
-  const auto wall = textured_wall(kSize);
+  const auto wall = textured_wall(kMaskerSize);
   const auto plate = wall.clone();
   const auto picture = test::in_light(with_box(wall.clone(), {20, 20, 30, 30}, 240), 1.1);
   const auto copy = picture.clone();

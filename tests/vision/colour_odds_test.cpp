@@ -8,13 +8,13 @@
 namespace choreo::vision {
 namespace {
 
-const cv::Vec3b kRed(36, 36, 204);
+const cv::Vec3b kRedPixel(36, 36, 204);
 const cv::Vec3b kGrey(132, 132, 132);
 const cv::Vec3b kGreen(36, 204, 36);
 
 ColourOdds odds_of_red_before_grey(float weight = 1) {
   ColourOdds odds;
-  odds.add_body(kRed, 100 * weight);
+  odds.add_body(kRedPixel, 100 * weight);
   odds.add_wall(kGrey, 700 * weight);
   odds.finish();
   return odds;
@@ -22,7 +22,7 @@ ColourOdds odds_of_red_before_grey(float weight = 1) {
 
 TEST(ColourOdds, AreForTheSideThatShowedTheColour) {
   const auto odds = odds_of_red_before_grey();
-  EXPECT_GT(odds.log_odds(kRed), 3);
+  EXPECT_GT(odds.log_odds(kRedPixel), 3);
   EXPECT_LT(odds.log_odds(kGrey), -3);
 }
 
@@ -30,19 +30,19 @@ TEST(ColourOdds, OfAColourThatNeitherShowedAreEven) { EXPECT_FLOAT_EQ(odds_of_re
 
 TEST(ColourOdds, OfAColourThatBothShowedInEqualPartsAreEven) {
   ColourOdds odds;
-  odds.add_body(kRed, 5);
+  odds.add_body(kRedPixel, 5);
   odds.add_body(kGrey, 5);
-  odds.add_wall(kRed, 80);
+  odds.add_wall(kRedPixel, 80);
   odds.add_wall(kGrey, 80);
   odds.finish();
-  EXPECT_NEAR(odds.log_odds(kRed), 0, 1e-4);
+  EXPECT_NEAR(odds.log_odds(kRedPixel), 0, 1e-4);
   EXPECT_NEAR(odds.log_odds(kGrey), 0, 1e-4);
 }
 
 TEST(ColourOdds, DoNotDependOnHowManyPixelsThereWere) {
   const auto few = odds_of_red_before_grey();
   const auto many = odds_of_red_before_grey(64);
-  EXPECT_NEAR(few.log_odds(kRed), many.log_odds(kRed), 1e-4);
+  EXPECT_NEAR(few.log_odds(kRedPixel), many.log_odds(kRedPixel), 1e-4);
   EXPECT_NEAR(few.log_odds(kGrey), many.log_odds(kGrey), 1e-4);
 }
 
@@ -50,21 +50,21 @@ TEST(ColourOdds, DoNotDependOnHowManyPixelsThereWere) {
 // that is uniform.
 TEST(ColourOdds, AreTheRatioOfTheMixedDensities) {
   const double body = 0.6 * 32768.0 / 8.0 + 0.4;
-  EXPECT_NEAR(odds_of_red_before_grey().log_odds(kRed), std::log(body / 0.4), 1e-3);
+  EXPECT_NEAR(odds_of_red_before_grey().log_odds(kRedPixel), std::log(body / 0.4), 1e-3);
 }
 
 TEST(ColourOdds, ReachNeighbouringColoursForClothIsShaded) {
   const auto odds = odds_of_red_before_grey();
   const float beside = odds.log_odds({36, 36, 212});
   EXPECT_GT(beside, 1);
-  EXPECT_LT(beside, odds.log_odds(kRed));
+  EXPECT_LT(beside, odds.log_odds(kRedPixel));
   EXPECT_FLOAT_EQ(odds.log_odds({36, 36, 228}), 0);
 }
 
 TEST(ColourOdds, WhereNothingIsKnownSayNothing) {
   ColourOdds odds;
   odds.finish();
-  EXPECT_FLOAT_EQ(odds.log_odds(kRed), 0);
+  EXPECT_FLOAT_EQ(odds.log_odds(kRedPixel), 0);
   ColourOdds only_wall;
   only_wall.add_wall(kGrey, 9);
   only_wall.finish();

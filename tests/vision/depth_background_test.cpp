@@ -82,12 +82,12 @@ TEST(DepthBackground, TheMarginIsAFactorOfTheSpreadAndNeverLessThanItsLeast) {
 }
 
 // A wall at 3 m, a trunk at 2 m that never moves, an arm beside it that is up or down, and a table at 2.5 m.
-const cv::Size kSize{96, 64};
+const cv::Size kDepthRoomSize{96, 64};
 const cv::Rect kTrunk{40, 16, 16, 40};
 const cv::Rect kTable{76, 30, 12, 26};
 
 cv::Mat rehearsal(int i, bool somebody = true) {
-  cv::Mat depth(kSize, CV_16UC1, cv::Scalar(3000));
+  cv::Mat depth(kDepthRoomSize, CV_16UC1, cv::Scalar(3000));
   depth(kTable) = 2500;
   if (!somebody) return depth;
   depth(kTrunk) = 2000;
@@ -133,7 +133,7 @@ TEST(DepthBackground, ATableThatIsTouchedNowAndThenStaysWhenItsUserLeaves) {
 TEST(DepthBackground, IsTheSameInAMirrorAndWithAnyNumberOfThreads) {
   std::vector<cv::Mat> pictures, flipped;
   for (int i = 0; i < 30; ++i) {
-    cv::Mat noisy = rehearsal(i) + test::noise(kSize, CV_16UC1, static_cast<std::uint64_t>(i)) / 64;
+    cv::Mat noisy = rehearsal(i) + test::noise(kDepthRoomSize, CV_16UC1, static_cast<std::uint64_t>(i)) / 64;
     pictures.push_back(noisy);
     flipped.emplace_back();
     cv::flip(noisy, flipped.back(), 1);

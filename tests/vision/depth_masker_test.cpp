@@ -18,14 +18,14 @@ namespace {
 using test::error_of;
 using test::same_pixels;
 
-const cv::Size kSize{80, 60};
-const cv::Rect kBody{30, 15, 20, 30};
+const cv::Size kDepthSize{80, 60};
+const cv::Rect kNearBody{30, 15, 20, 30};
 
-cv::Mat room(int z = 3000) { return {kSize, CV_16UC1, cv::Scalar(z)}; }
+cv::Mat depth_room(int z = 3000) { return {kDepthSize, CV_16UC1, cv::Scalar(z)}; }
 
-cv::Mat with_body(int z = 2000, const cv::Mat& before = room()) {
+cv::Mat with_body(int z = 2000, const cv::Mat& before = depth_room()) {
   cv::Mat depth = before.clone();
-  depth(kBody) = z;
+  depth(kNearBody) = z;
   return depth;
 }
 
@@ -43,14 +43,14 @@ MaskOptions mask_options() {
   return options;
 }
 
-cv::Mat mask_of(const cv::Mat& depth, const cv::Mat& before = room(), const DepthOptions& options = {},
+cv::Mat mask_of(const cv::Mat& depth, const cv::Mat& before = depth_room(), const DepthOptions& options = {},
                 const MaskOptions& mask = mask_options()) {
   DepthMasker masker(known(before), options, mask);
   return masker.process(depth, 0).body;
 }
 
 cv::Mat filled(cv::Rect where) {
-  cv::Mat mask = cv::Mat::zeros(kSize, CV_8UC1);
+  cv::Mat mask = cv::Mat::zeros(kDepthSize, CV_8UC1);
   mask(where) = 255;
   return mask;
 }
@@ -65,28 +65,28 @@ cv::Mat rounded(cv::Rect where) {
 }
 
 TEST(DepthMasker, BodyIsWhatIsNearerThanTheRoomByMoreThanTheMargin) {
-  EXPECT_TRUE(same_pixels(mask_of(with_body()), rounded(kBody)));
-  EXPECT_EQ(cv::countNonZero(mask_of(room())), 0);
+  EXPECT_TRUE(same_pixels(mask_of(with_body()), rounded(kNearBody)));
+  EXPECT_EQ(cv::countNonZero(mask_of(depth_room())), 0);
   // Spread 5 mm: the margin is the least one, 25 mm.
   EXPECT_EQ(cv::countNonZero(mask_of(with_body(2975))), 0);
-  EXPECT_TRUE(same_pixels(mask_of(with_body(2974)), rounded(kBody)));
+  EXPECT_TRUE(same_pixels(mask_of(with_body(2974)), rounded(kNearBody)));
   EXPECT_EQ(cv::countNonZero(mask_of(with_body(3500))), 0) << "what is farther is no body";
   DepthOptions options;
   options.threshold_mm = 400;
-  EXPECT_EQ(cv::countNonZero(mask_of(with_body(2600), room(), options)), 0);
-  EXPECT_TRUE(same_pixels(mask_of(with_body(2599), room(), options), rounded(kBody)));
+  EXPECT_EQ(cv::countNonZero(mask_of(with_body(2600), depth_room(), options)), 0);
+  EXPECT_TRUE(same_pixels(mask_of(with_body(2599), depth_room(), options), rounded(kNearBody)));
 }
 
 TEST(DepthMasker, WhereReadingsSpreadMoreABodyMustStandOutMore) {
-  DepthMasker masker(known(room(), 50), {}, mask_options());
+  DepthMasker masker(known(depth_room(), 50), {}, mask_options());
   EXPECT_EQ(cv::countNonZero(masker.process(with_body(2801), 0).body), 0) << "four times 50 mm";
-  EXPECT_TRUE(same_pixels(masker.process(with_body(2799), 1).body, rounded(kBody)));
+  EXPECT_TRUE(same_pixels(masker.process(with_body(2799), 1).body, rounded(kNearBody)));
 }
 
 TEST(DepthMasker, TheSameSceneFartherAwayGivesTheSameMask) {
   for (const int farther : {0, 500, 3000}) {
-    EXPECT_TRUE(
-        same_pixels(mask_of(with_body(2000 + farther, room(3000 + farther)), room(3000 + farther)), rounded(kBody)));
+    EXPECT_TRUE(same_pixels(mask_of(with_body(2000 + farther, depth_room(3000 + farther)), depth_room(3000 + farther)),
+                            rounded(kNearBody)));
   }
 }
 
@@ -104,7 +104,7 @@ TEST(DepthMasker, TheShadowBesideABodyIsNoBodyOnEitherSide) {
   for (const cv::Rect shadow : {cv::Rect(24, 15, 6, 30), cv::Rect(50, 15, 6, 30), cv::Rect(29, 15, 1, 30)}) {
     auto depth = with_body();
     depth(shadow) = 0;
-    EXPECT_TRUE(same_pixels(mask_of(depth), rounded(kBody))) << shadow;
+    EXPECT_TRUE(same_pixels(mask_of(depth), rounded(kNearBody))) << shadow;
   }
 }
 
@@ -112,90 +112,91 @@ TEST(DepthMasker, ReadingsThatDropOutOfABodyAreFilledAndOfTheRoomTheyAreNothing)
   auto depth = with_body();
   depth.at<ushort>(25, 40) = 0;
   depth(cv::Rect(33, 30, 2, 1)) = 0;
-  depth.at<ushort>(25, kBody.x) = 0;  // On its edge.
+  depth.at<ushort>(25, kNearBody.x) = 0;  // On its edge.
   depth.at<ushort>(5, 5) = 0;
-  EXPECT_TRUE(same_pixels(mask_of(depth), rounded(kBody)));
+  EXPECT_TRUE(same_pixels(mask_of(depth), rounded(kNearBody)));
 }
 
 TEST(DepthMasker, ASmallHoleInABodyIsBodyAndALargeOneIsSeenThrough) {
   // 4800 pixels: a thousandth is 4.
   auto small = with_body();
   small(cv::Rect(38, 28, 2, 2)) = 0;
-  EXPECT_TRUE(same_pixels(mask_of(small), rounded(kBody)));
+  EXPECT_TRUE(same_pixels(mask_of(small), rounded(kNearBody)));
   auto large = with_body();
   large(cv::Rect(35, 25, 8, 8)) = 0;
   EXPECT_EQ(mask_of(large).at<uchar>(29, 39), 0);
 }
 
 TEST(DepthMasker, ASingleWrongReadingIsNoBody) {
-  auto depth = room();
+  auto depth = depth_room();
   depth.at<ushort>(10, 10) = 1000;
   depth(cv::Rect(60, 40, 1, 9)) = 1000;
   EXPECT_EQ(cv::countNonZero(mask_of(depth)), 0);
 }
 
 TEST(DepthMasker, BeforeAnUnknownRoomIsBodyWhatGoesOnFromKnownBody) {
-  // The right half of the room is glass: it gives no depth.
-  auto before = room();
+  // The right half of the depth_room is glass: it gives no depth.
+  auto before = depth_room();
   before(cv::Rect(40, 0, 40, 60)) = 0;
-  EXPECT_TRUE(same_pixels(mask_of(with_body(2000, before), before), rounded(kBody)));
+  EXPECT_TRUE(same_pixels(mask_of(with_body(2000, before), before), rounded(kNearBody)));
   auto reflection = before.clone();
   reflection(cv::Rect(60, 20, 10, 10)) = 2000;
   EXPECT_EQ(cv::countNonZero(mask_of(reflection, before)), 0) << "it goes on from nothing";
   auto behind = with_body(2000, before);
   behind(cv::Rect(50, 15, 10, 30)) = 2900;
-  EXPECT_TRUE(same_pixels(mask_of(behind, before), rounded(kBody))) << "it touches the body, a jump behind it";
+  EXPECT_TRUE(same_pixels(mask_of(behind, before), rounded(kNearBody))) << "it touches the body, a jump behind it";
 }
 
 TEST(DepthMasker, WithAFarPlaneWhatIsNearerIsBodyBeforeAnUnknownRoomToo) {
   DepthOptions options;
   options.far_mm = 2500;
-  EXPECT_TRUE(same_pixels(mask_of(with_body(2000, room(0)), room(0), options), rounded(kBody)));
-  EXPECT_EQ(cv::countNonZero(mask_of(with_body(2600, room(0)), room(0), options)), 0);
-  EXPECT_EQ(cv::countNonZero(mask_of(with_body(2600), room(), options)), 0) << "nor before a known one";
+  EXPECT_TRUE(same_pixels(mask_of(with_body(2000, depth_room(0)), depth_room(0), options), rounded(kNearBody)));
+  EXPECT_EQ(cv::countNonZero(mask_of(with_body(2600, depth_room(0)), depth_room(0), options)), 0);
+  EXPECT_EQ(cv::countNonZero(mask_of(with_body(2600), depth_room(), options)), 0) << "nor before a known one";
   options.near_mm = 2100;
-  EXPECT_EQ(cv::countNonZero(mask_of(with_body(2000), room(), options)), 0);
+  EXPECT_EQ(cv::countNonZero(mask_of(with_body(2000), depth_room(), options)), 0);
 }
 
 TEST(DepthMasker, NothingIsBodyOutsideTheRegionOfInterest) {
   auto options = mask_options();
   options.roi = {0, 0, 0.5, 1};
-  EXPECT_EQ(cv::countNonZero(mask_of(with_body(), room(), {}, options)(cv::Rect(40, 0, 40, 60))), 0);
+  EXPECT_EQ(cv::countNonZero(mask_of(with_body(), depth_room(), {}, options)(cv::Rect(40, 0, 40, 60))), 0);
   options.roi = {};
   options.ignore = {{0.25, 0, 1, 1}};
-  EXPECT_EQ(cv::countNonZero(mask_of(with_body(), room(), {}, options)), 0);
+  EXPECT_EQ(cv::countNonZero(mask_of(with_body(), depth_room(), {}, options)), 0);
 }
 
 TEST(DepthMasker, DepthIsKnownWhereThereIsAReadingOrABodyAroundAHole) {
   auto depth = with_body();
   depth.at<ushort>(25, 40) = 0;
   depth(cv::Rect(0, 0, 10, 60)) = 0;
-  DepthMasker masker(known(room()), {}, mask_options());
+  DepthMasker masker(known(depth_room()), {}, mask_options());
   const auto result = masker.process(depth, 0);
   EXPECT_EQ(cv::countNonZero(~result.known), 600);
   EXPECT_EQ(result.known.at<uchar>(25, 40), 255);
 }
 
 TEST(DepthMasker, APictureWithoutReadingsShowsNobody) {
-  for (const int z : {0, 65535}) EXPECT_EQ(cv::countNonZero(mask_of(room(z))), 0) << z;
-  EXPECT_EQ(cv::countNonZero(mask_of(room(1), room(65535))), 0) << "everything at once is no body: the camera moved";
+  for (const int z : {0, 65535}) EXPECT_EQ(cv::countNonZero(mask_of(depth_room(z))), 0) << z;
+  EXPECT_EQ(cv::countNonZero(mask_of(depth_room(1), depth_room(65535))), 0)
+      << "everything at once is no body: the camera moved";
 }
 
 TEST(DepthMasker, WhatIsFartherThanTheRoomThreeTimesInARowIsTheRoom) {
-  // A body was taken for the room, and leaves.
+  // A body was taken for the depth_room, and leaves.
   DepthMasker masker(known(with_body()), {}, mask_options());
   EXPECT_EQ(cv::countNonZero(masker.process(with_body(), 0).body), 0);
-  (void)masker.process(room(), 0.1);
-  (void)masker.process(room(), 0.2);
+  (void)masker.process(depth_room(), 0.1);
+  (void)masker.process(depth_room(), 0.2);
   EXPECT_EQ(cv::countNonZero(masker.process(with_body(), 0.3).body), 0) << "twice may be an error";
-  for (int i = 0; i < 3; ++i) (void)masker.process(room(), 0.4 + 0.1 * i);
-  EXPECT_TRUE(same_pixels(masker.process(with_body(), 0.8).body, rounded(kBody)));
+  for (int i = 0; i < 3; ++i) (void)masker.process(depth_room(), 0.4 + 0.1 * i);
+  EXPECT_TRUE(same_pixels(masker.process(with_body(), 0.8).body, rounded(kNearBody)));
 }
 
 TEST(DepthMasker, AnUnknownPieceOfTheRoomIsLearnedWhereNoBodyIs) {
-  DepthMasker masker(known(room(0)), {}, mask_options());
-  for (int i = 0; i < 3; ++i) (void)masker.process(room(), 0.1 * i);
-  EXPECT_TRUE(same_pixels(masker.process(with_body(), 0.5).body, rounded(kBody)));
+  DepthMasker masker(known(depth_room(0)), {}, mask_options());
+  for (int i = 0; i < 3; ++i) (void)masker.process(depth_room(), 0.1 * i);
+  EXPECT_TRUE(same_pixels(masker.process(with_body(), 0.5).body, rounded(kNearBody)));
 }
 
 /// At 30 and at 120 frames a second: how a masker goes through a scene, and what it makes of it.
@@ -210,20 +211,20 @@ class DepthMaskerAtEachRate : public ::testing::TestWithParam<int> {
     return mask;
   }
 
-  DepthMasker masker{known(room()), {}, mask_options()};
+  DepthMasker masker{known(depth_room()), {}, mask_options()};
   int frame = 0;
 };
 INSTANTIATE_TEST_SUITE_P(FramesPerSecond, DepthMaskerAtEachRate, ::testing::Values(30, 120));
 
-const cv::Rect kDoor{20, 5, 40, 50};  // In a wall 3 m away, into a room of 5 m.
+const cv::Rect kDoor{20, 5, 40, 50};  // In a wall 3 m away, into a depth_room of 5 m.
 
 cv::Mat open_door() {
-  auto depth = room();
+  auto depth = depth_room();
   depth(kDoor) = 5000;
   return depth;
 }
 
-cv::Mat in_doorway(int z, cv::Rect where = kBody) {
+cv::Mat in_doorway(int z, cv::Rect where = kNearBody) {
   auto depth = open_door();
   depth(where) = z;
   return depth;
@@ -232,11 +233,11 @@ cv::Mat in_doorway(int z, cv::Rect where = kBody) {
 TEST_P(DepthMaskerAtEachRate, ADoorThatOpensAndClosesIsNoBody) {
   for (const double open_s : {0.1, 0.3, 5.0}) {
     EXPECT_EQ(cv::countNonZero(show(open_door(), open_s)), 0) << open_s;
-    (void)show(room(), 0.2);
-    EXPECT_EQ(cv::countNonZero(show(room(), 0.1)), 0) << open_s;
-    EXPECT_TRUE(same_pixels(show(with_body(), 0.1), rounded(kBody))) << "before the closed door, " << open_s;
-    EXPECT_TRUE(same_pixels(show(with_body(2970), 5), rounded(kBody))) << "and close to it, " << open_s;
-    (void)show(room(), 0.3);
+    (void)show(depth_room(), 0.2);
+    EXPECT_EQ(cv::countNonZero(show(depth_room(), 0.1)), 0) << open_s;
+    EXPECT_TRUE(same_pixels(show(with_body(), 0.1), rounded(kNearBody))) << "before the closed door, " << open_s;
+    EXPECT_TRUE(same_pixels(show(with_body(2970), 5), rounded(kNearBody))) << "and close to it, " << open_s;
+    (void)show(depth_room(), 0.3);
   }
 }
 
@@ -245,7 +246,7 @@ TEST_P(DepthMaskerAtEachRate, ADoorIsKnownAgainThoughReadingsScatterAndDropOut) 
   const auto show_noisy = [&](const cv::Mat& depth, double seconds) {
     int most = 0;
     for (int i = 0, n = static_cast<int>(std::lround(seconds * GetParam())); i < n; ++i) {
-      cv::Mat noise(kSize, CV_16SC1), dice(kSize, CV_8UC1), noisy;
+      cv::Mat noise(kDepthSize, CV_16SC1), dice(kDepthSize, CV_8UC1), noisy;
       random.fill(noise, cv::RNG::NORMAL, 0, 5);
       random.fill(dice, cv::RNG::UNIFORM, 0, 100);
       cv::add(depth, noise, noisy, cv::noArray(), CV_16U);
@@ -254,27 +255,27 @@ TEST_P(DepthMaskerAtEachRate, ADoorIsKnownAgainThoughReadingsScatterAndDropOut) 
     }
     return most;
   };
-  EXPECT_EQ(show_noisy(room(), 1), 0);
+  EXPECT_EQ(show_noisy(depth_room(), 1), 0);
   EXPECT_EQ(show_noisy(open_door(), 1), 0);
-  EXPECT_GT(show_noisy(room(), 0.3), kDoor.area() * 0.9) << "body until it has been back for a while";
-  EXPECT_EQ(show_noisy(room(), 3), 0);
+  EXPECT_GT(show_noisy(depth_room(), 0.3), kDoor.area() * 0.9) << "body until it has been back for a while";
+  EXPECT_EQ(show_noisy(depth_room(), 3), 0);
 }
 
 TEST_P(DepthMaskerAtEachRate, AGlimpseOfWhatIsBehindIsNotTheRoom) {
   (void)show(open_door(), 0.1);
-  EXPECT_EQ(cv::countNonZero(show(room(), 0.1)), 0) << "the door was never gone";
+  EXPECT_EQ(cv::countNonZero(show(depth_room(), 0.1)), 0) << "the door was never gone";
   (void)show(open_door(), 0.2);
-  EXPECT_TRUE(same_pixels(show(room(), 0.1), rounded(kDoor))) << "now it was";
+  EXPECT_TRUE(same_pixels(show(depth_room(), 0.1), rounded(kDoor))) << "now it was";
 }
 
 TEST_P(DepthMaskerAtEachRate, ADoorThatSwingsAwayStepByStepIsKnownAgainWhereItWasAtFirst) {
   for (int z = 3000; z < 5000; z += 200) {
-    auto depth = room();
+    auto depth = depth_room();
     depth(kDoor) = z;
     (void)show(depth, 0.3);
   }
-  (void)show(room(), 0.3);
-  EXPECT_EQ(cv::countNonZero(show(room(), 0.1)), 0);
+  (void)show(depth_room(), 0.3);
+  EXPECT_EQ(cv::countNonZero(show(depth_room(), 0.1)), 0);
 }
 
 TEST_P(DepthMaskerAtEachRate, ACurtainThatStaysOpenShowsTheRoomBehindIt) {
@@ -283,12 +284,12 @@ TEST_P(DepthMaskerAtEachRate, ACurtainThatStaysOpenShowsTheRoomBehindIt) {
   EXPECT_TRUE(same_pixels(show(in_doorway(4000, beyond), 1), rounded(beyond)))
       << "between the curtain and what is behind";
   EXPECT_EQ(cv::countNonZero(show(open_door(), 1)), 0);
-  EXPECT_TRUE(same_pixels(show(room(), 5), rounded(kDoor))) << "after a minute the curtain is forgotten";
+  EXPECT_TRUE(same_pixels(show(depth_room(), 5), rounded(kDoor))) << "after a minute the curtain is forgotten";
 }
 
 TEST_P(DepthMaskerAtEachRate, WhoStandsStillInTheDoorwayIsNotTakenForTheDoor) {
   (void)show(open_door(), 1);
-  EXPECT_TRUE(same_pixels(show(in_doorway(3000), 30), rounded(kBody))) << "at the depth of the leaf";
+  EXPECT_TRUE(same_pixels(show(in_doorway(3000), 30), rounded(kNearBody))) << "at the depth of the leaf";
   const cv::Rect most{22, 5, 38, 50};  // 95 % of it, and a body's depth is not one.
   auto depth = in_doorway(3000, most);
   depth(cv::Rect(22, 5, 6, 50)) = 2940;
@@ -297,28 +298,29 @@ TEST_P(DepthMaskerAtEachRate, WhoStandsStillInTheDoorwayIsNotTakenForTheDoor) {
 }
 
 TEST_P(DepthMaskerAtEachRate, WhoseMarkWasTakenForTheRoomIsSeenThereAgain) {
-  // Learned as room, gone for a second, and back with an arm where it was not.
+  // Learned as depth_room, gone for a second, and back with an arm where it was not.
   DepthMasker learned(known(with_body()), {}, mask_options());
   masker = learned;
   (void)show(with_body(), 0.5);
-  (void)show(room(), 1);
+  (void)show(depth_room(), 1);
   auto depth = with_body();
   const cv::Rect arm{50, 20, 14, 4};
   depth(arm) = 2000;
-  EXPECT_GE(cv::countNonZero(show(depth, 10)), kBody.area() + arm.area() - 8);
+  EXPECT_GE(cv::countNonZero(show(depth, 10)), kNearBody.area() + arm.area() - 8);
 }
 
 TEST_P(DepthMaskerAtEachRate, ADoorThatClosesBehindThePerformerLeavesThePerformerAlone) {
   (void)show(open_door(), 1);
   (void)show(in_doorway(2000), 1);
   (void)show(with_body(), 0.3);
-  EXPECT_TRUE(same_pixels(show(with_body(), 5), rounded(kBody)));
-  EXPECT_EQ(cv::countNonZero(show(room(), 0.1)), 0) << "nor was a piece of the door hidden by the performer forgotten";
+  EXPECT_TRUE(same_pixels(show(with_body(), 5), rounded(kNearBody)));
+  EXPECT_EQ(cv::countNonZero(show(depth_room(), 0.1)), 0)
+      << "nor was a piece of the door hidden by the performer forgotten";
 }
 
 TEST_P(DepthMaskerAtEachRate, StrayReadingsBeforeAnUnknownRoomAreNoRoom) {
-  // The right half of the room is glass.
-  auto before = room();
+  // The right half of the depth_room is glass.
+  auto before = depth_room();
   const cv::Rect glass{40, 0, 40, 60};
   before(glass) = 0;
   masker = DepthMasker(known(before), {}, mask_options());
@@ -328,63 +330,63 @@ TEST_P(DepthMaskerAtEachRate, StrayReadingsBeforeAnUnknownRoomAreNoRoom) {
     (void)show(stray, 1.0 / 30);
     (void)show(before, 0.4);
   }
-  EXPECT_TRUE(same_pixels(show(with_body(2000, before), 1), rounded(kBody))) << "behind the stray readings";
+  EXPECT_TRUE(same_pixels(show(with_body(2000, before), 1), rounded(kNearBody))) << "behind the stray readings";
   (void)show(stray, 0.3);
-  EXPECT_EQ(cv::countNonZero(show(with_body(2000, before), 0.1)(glass)), 0) << "readings that last are the room";
+  EXPECT_EQ(cv::countNonZero(show(with_body(2000, before), 0.1)(glass)), 0) << "readings that last are the depth_room";
 }
 
 TEST_P(DepthMaskerAtEachRate, StrayReadingsBeyondTheRoomAreNoRoom) {
   for (int i = 0; i < 20; ++i) {
     (void)show(open_door(), 1.0 / 30);
-    (void)show(room(0), 0.4);
+    (void)show(depth_room(0), 0.4);
   }
-  EXPECT_EQ(cv::countNonZero(show(room(), 0.1)), 0);
+  EXPECT_EQ(cv::countNonZero(show(depth_room(), 0.1)), 0);
 }
 
 TEST_P(DepthMaskerAtEachRate, ReadingsThatDropOutNowAndThenDoNotHideWhatIsBehind) {
   for (int i = 0; i < 5; ++i) {
     (void)show(open_door(), 1.0 / 30);
-    (void)show(room(0), 2.0 / 30);
+    (void)show(depth_room(0), 2.0 / 30);
   }
-  EXPECT_TRUE(same_pixels(show(in_doorway(4000), 0.1), rounded(kBody)));
+  EXPECT_TRUE(same_pixels(show(in_doorway(4000), 0.1), rounded(kNearBody)));
 }
 
 TEST(DepthMasker, SlowDriftIsFollowedOutsideTheBodyAndNotInside) {
   auto options = mask_options();
   options.follow_s = 10;
-  DepthMasker masker(known(room()), {}, options);
+  DepthMasker masker(known(depth_room()), {}, options);
   // A Kinect warms up: 1 mm a second, 60 in all, and the body stays 30 mm before the wall.
   cv::Mat mask;
-  for (int s = 0; s <= 60; ++s) mask = masker.process(with_body(2970 - s, room(3000 - s)), s).body;
-  EXPECT_TRUE(same_pixels(mask, rounded(kBody)));
+  for (int s = 0; s <= 60; ++s) mask = masker.process(with_body(2970 - s, depth_room(3000 - s)), s).body;
+  EXPECT_TRUE(same_pixels(mask, rounded(kNearBody)));
   options.follow_s = 0;
   options.sudden_percent = 100;
-  DepthMasker rigid(known(room()), {}, options);
-  EXPECT_GT(cv::countNonZero(rigid.process(room(2940), 0).body), 4700) << "who does not follow sees a body there";
+  DepthMasker rigid(known(depth_room()), {}, options);
+  EXPECT_GT(cv::countNonZero(rigid.process(depth_room(2940), 0).body), 4700) << "who does not follow sees a body there";
 }
 
 TEST(DepthMasker, WhenMostOfTheRoomIsElsewhereTheCameraMovedAndTheRoomIsLearnedAnew) {
   auto options = mask_options();
   options.relearn_s = 1;
-  DepthMasker masker(known(room()), {}, options);
-  const auto moved = masker.process(room(2500), 0);
+  DepthMasker masker(known(depth_room()), {}, options);
+  const auto moved = masker.process(depth_room(2500), 0);
   EXPECT_TRUE(moved.sudden);
   EXPECT_TRUE(moved.learning);
   EXPECT_EQ(cv::countNonZero(moved.body), 0);
-  EXPECT_TRUE(masker.process(room(2500), 0.5).learning);
-  const auto after = masker.process(room(2500), 1.0);
+  EXPECT_TRUE(masker.process(depth_room(2500), 0.5).learning);
+  const auto after = masker.process(depth_room(2500), 1.0);
   EXPECT_FALSE(after.learning);
   EXPECT_FALSE(after.sudden);
-  EXPECT_TRUE(same_pixels(masker.process(with_body(2000, room(2500)), 1.1).body, rounded(kBody)));
+  EXPECT_TRUE(same_pixels(masker.process(with_body(2000, depth_room(2500)), 1.1).body, rounded(kNearBody)));
   options.sudden_percent = 100;
-  DepthMasker steadfast(known(room()), {}, options);
-  EXPECT_FALSE(steadfast.process(room(2500), 0).sudden);
+  DepthMasker steadfast(known(depth_room()), {}, options);
+  EXPECT_FALSE(steadfast.process(depth_room(2500), 0).sudden);
 }
 
 TEST(DepthMasker, DoesNotWriteToTheRoomItWasGiven) {
   const auto background = known(with_body());
   DepthMasker masker(background, {}, mask_options());
-  for (int i = 0; i < 5; ++i) (void)masker.process(room(), i);
+  for (int i = 0; i < 5; ++i) (void)masker.process(depth_room(), i);
   EXPECT_TRUE(same_pixels(background.depth_mm, with_body()));
 }
 

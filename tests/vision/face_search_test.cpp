@@ -14,7 +14,7 @@
 namespace choreo::vision {
 namespace {
 
-const cv::Size kSize(640, 480);
+const cv::Size kSearchedSize(640, 480);
 
 FaceCandidate performer(double x, double y, double width) {
   FaceCandidate face;
@@ -35,7 +35,7 @@ TEST(FaceSearch, WhileAFaceIsFollowedMostFramesNeedNoSearch) {
   int near = 0, elsewhere = 0;
   const auto face = performer(300, 100, 40);
   for (int i = 0; i < 300; ++i) {
-    const auto query = search.next(kSize, {face}, {220, 70, 160, 400});
+    const auto query = search.next(kSearchedSize, {face}, {220, 70, 160, 400});
     if (!query) continue;
     const bool is_near = covers(*query, {280, 80, 40, 40}) && query->where.area() < 120 * 120;
     near += is_near ? 1 : 0;
@@ -51,7 +51,8 @@ TEST(FaceSearch, ARoundOverThePictureMissesNoPlaceAndNoSize) {
   FaceSearch search({});
   std::vector<FaceQuery> round;
   for (int i = 0; i < 60; ++i) {
-    if (const auto query = search.next(kSize, {}); query && query->look == FaceLook::kFront) round.push_back(*query);
+    if (const auto query = search.next(kSearchedSize, {}); query && query->look == FaceLook::kFront)
+      round.push_back(*query);
   }
   cv::RNG random(5);
   for (int i = 0; i < 2000; ++i) {
@@ -67,7 +68,7 @@ TEST(FaceSearch, BesideAKnownFacePartsAreSmallAndMissNothing) {
   const cv::Rect body(170, 20, 300, 440);
   std::vector<FaceQuery> round;
   for (int i = 0; i < 6 * 30; ++i) {
-    const auto query = search.next(kSize, {performer(300, 100, 40)}, body);
+    const auto query = search.next(kSearchedSize, {performer(300, 100, 40)}, body);
     if (!query) continue;
     round.push_back(*query);
     EXPECT_LT(query->where.area() / std::pow(query->least_px, 2), 90) << query->where << ' ' << query->least_px;
@@ -84,7 +85,7 @@ TEST(FaceSearch, EveryLookHasItsTurn) {
   FaceSearch search({});
   int brightened = 0, profile = 0;
   for (int i = 0; i < 300; ++i) {
-    const auto query = search.next(kSize, {});
+    const auto query = search.next(kSearchedSize, {});
     if (query) brightened += query->look == FaceLook::kBrightened ? 1 : 0;
     if (query) profile += query->look == FaceLook::kProfile ? 1 : 0;
   }
@@ -94,7 +95,7 @@ TEST(FaceSearch, EveryLookHasItsTurn) {
   auto face = performer(300, 100, 40);
   face.misses = 1;
   FaceSearch other({});
-  EXPECT_EQ(other.next(kSize, {face})->look, FaceLook::kBrightened);
+  EXPECT_EQ(other.next(kSearchedSize, {face})->look, FaceLook::kBrightened);
 }
 
 TEST(FaceSearch, WhereTheBodyIsKnownOnlyItIsSearched) {
@@ -102,7 +103,7 @@ TEST(FaceSearch, WhereTheBodyIsKnownOnlyItIsSearched) {
   const cv::Rect body(200, 50, 150, 400);
   int queries = 0;
   for (int i = 0; i < 100; ++i) {
-    if (const auto query = search.next(kSize, {}, body)) {
+    if (const auto query = search.next(kSearchedSize, {}, body)) {
       ++queries;
       EXPECT_EQ(query->where & body, query->where);
     }

@@ -8,7 +8,7 @@
 namespace choreo::vision {
 namespace {
 
-const cv::Size kSize(640, 480);
+const cv::Size kTrackedSize(640, 480);
 constexpr double kStep_s = 0.1;
 
 Face face_at(double x, double y, double width = 40, double confidence = 0.8) {
@@ -22,16 +22,16 @@ class Following {
 
   FaceReport see(const std::vector<Face>& faces, const cv::Mat& body = {}) {
     FaceSighting sighting;
-    sighting.query = {{{0, 0}, kSize}, 1, 480, FaceLook::kFront};
+    sighting.query = {{{0, 0}, kTrackedSize}, 1, 480, FaceLook::kFront};
     sighting.time_s = time_s_;
     sighting.faces = faces;
     sighting.body = body;
-    const auto report = tracker_.update(time_s_, kSize, &sighting);
+    const auto report = tracker_.update(time_s_, kTrackedSize, &sighting);
     time_s_ += kStep_s;
     return report;
   }
   FaceReport wait() {
-    const auto report = tracker_.update(time_s_, kSize, nullptr);
+    const auto report = tracker_.update(time_s_, kTrackedSize, nullptr);
     time_s_ += kStep_s;
     return report;
   }
@@ -43,7 +43,7 @@ class Following {
 };
 
 cv::Mat body_over(const cv::Rect& where) {
-  cv::Mat mask = cv::Mat::zeros(kSize, CV_8UC1);
+  cv::Mat mask = cv::Mat::zeros(kTrackedSize, CV_8UC1);
   mask(where).setTo(255);
   return mask;
 }
@@ -109,7 +109,7 @@ TEST(FaceTracker, WhereTheBodyIsKnownAFaceBesideItIsAPoster) {
     EXPECT_EQ(report.in_sight, 1);
   }
   for (int i = 0; i < 40; ++i) {
-    const auto report = following.see({face_at(100, 100, 80)}, cv::Mat::zeros(kSize, CV_8UC1));
+    const auto report = following.see({face_at(100, 100, 80)}, cv::Mat::zeros(kTrackedSize, CV_8UC1));
     if (report.face) {
       EXPECT_NEAR(report.face->centre.x, 300, 1) << "it may coast, and goes nowhere else";
     }

@@ -58,18 +58,20 @@ void put_person(cv::Mat& picture, cv::Point at, int arm_degrees) {
            at + cv::Point(40 + int(150 * std::cos(turn)), 20 + int(150 * std::sin(turn))), skin, 26);
 }
 
-const cv::Size kSize(600, 450);
+const cv::Size kSceneSize(600, 450);
 
 /// Largest distance between where the transform takes the picture's corners and where they are, px.
 double error_of(const SceneAlignment& found, double scale, double degrees, cv::Point2d shift) {
   const double turn = degrees * CV_PI / 180;
   double worst = 0;
-  for (const auto& corner : {cv::Point2d(0, 0), cv::Point2d(kSize.width - 1, 0), cv::Point2d(0, kSize.height - 1),
-                             cv::Point2d(kSize.width - 1, kSize.height - 1)}) {
-    const cv::Point2d from_middle = corner - cv::Point2d(0.5 * (kSize.width - 1), 0.5 * (kSize.height - 1));
-    const cv::Point2d is(
-        0.5 * (kSize.width - 1) + shift.x + scale * (std::cos(turn) * from_middle.x - std::sin(turn) * from_middle.y),
-        0.5 * (kSize.height - 1) + shift.y + scale * (std::sin(turn) * from_middle.x + std::cos(turn) * from_middle.y));
+  for (const auto& corner :
+       {cv::Point2d(0, 0), cv::Point2d(kSceneSize.width - 1, 0), cv::Point2d(0, kSceneSize.height - 1),
+        cv::Point2d(kSceneSize.width - 1, kSceneSize.height - 1)}) {
+    const cv::Point2d from_middle = corner - cv::Point2d(0.5 * (kSceneSize.width - 1), 0.5 * (kSceneSize.height - 1));
+    const cv::Point2d is(0.5 * (kSceneSize.width - 1) + shift.x +
+                             scale * (std::cos(turn) * from_middle.x - std::sin(turn) * from_middle.y),
+                         0.5 * (kSceneSize.height - 1) + shift.y +
+                             scale * (std::sin(turn) * from_middle.x + std::cos(turn) * from_middle.y));
     const auto& m = found.picture_from_reference;
     const cv::Point2d says(m(0, 0) * corner.x + m(0, 1) * corner.y + m(0, 2),
                            m(1, 0) * corner.x + m(1, 1) * corner.y + m(1, 2));
@@ -79,7 +81,7 @@ double error_of(const SceneAlignment& found, double scale, double degrees, cv::P
 }
 
 TEST(SceneAlignment, APictureLiesOnItselfExactly) {
-  const auto picture = seen(room(1), kSize, 1, 0, {});
+  const auto picture = seen(room(1), kSceneSize, 1, 0, {});
   const auto found = align_scene(picture, picture);
   EXPECT_TRUE(found.aligned);
   EXPECT_GT(found.agreement, 0.99);
@@ -97,8 +99,8 @@ TEST(SceneAlignment, ShiftScaleAndRotationAreFoundToAFractionOfAPixelBehindAPers
   std::uint64_t seed = 3;
   for (const auto& c : cases) {
     const auto all = room(++seed);
-    auto reference = seen(all, kSize, 1, 0, {});
-    auto picture = seen(all, kSize, c.scale, c.degrees, c.shift);
+    auto reference = seen(all, kSceneSize, 1, 0, {});
+    auto picture = seen(all, kSceneSize, c.scale, c.degrees, c.shift);
     put_person(reference, {250, 130}, -60);
     put_person(picture, {265, 128}, 20);
     reference = with_noise(reference, 3, seed);
@@ -113,8 +115,8 @@ TEST(SceneAlignment, ShiftScaleAndRotationAreFoundToAFractionOfAPixelBehindAPers
 
 TEST(SceneAlignment, OtherRoomsAreNoSharedScene) {
   for (std::uint64_t seed = 20; seed < 23; ++seed) {
-    auto one = seen(room(seed), kSize, 1, 0, {});
-    auto other = seen(room(seed + 100), kSize, 1, 0, {});
+    auto one = seen(room(seed), kSceneSize, 1, 0, {});
+    auto other = seen(room(seed + 100), kSceneSize, 1, 0, {});
     put_person(one, {250, 130}, 0);
     put_person(other, {250, 130}, 0);
     const auto found = align_scene(one, other);
@@ -124,11 +126,11 @@ TEST(SceneAlignment, OtherRoomsAreNoSharedScene) {
 }
 
 TEST(SceneAlignment, WhatIsFlatOrNoiseOrTinyIsNotAligned) {
-  const cv::Mat flat(kSize, CV_8UC3, cv::Scalar(90, 120, 150));
+  const cv::Mat flat(kSceneSize, CV_8UC3, cv::Scalar(90, 120, 150));
   EXPECT_FALSE(align_scene(flat, flat).aligned);
   EXPECT_FALSE(align_scene(with_noise(flat, 8, 1), with_noise(flat, 8, 2)).aligned);
-  EXPECT_FALSE(align_scene(flat, seen(room(1), kSize, 1, 0, {})).aligned);
-  EXPECT_FALSE(align_scene(seen(room(1), kSize, 1, 0, {}), flat).aligned);
+  EXPECT_FALSE(align_scene(flat, seen(room(1), kSceneSize, 1, 0, {})).aligned);
+  EXPECT_FALSE(align_scene(seen(room(1), kSceneSize, 1, 0, {}), flat).aligned);
   const cv::Mat tiny(5, 900, CV_8UC3, cv::Scalar::all(9));
   EXPECT_FALSE(align_scene(tiny, tiny).aligned);
   const cv::Mat one(1, 1, CV_8UC3, cv::Scalar::all(9));
@@ -146,7 +148,7 @@ TEST(SceneAlignment, LargePicturesAreAlignedAsWell) {
 
 TEST(SceneSketch, LikensPicturesOfOneRoomAndFewOfOthers) {
   std::vector<SceneSketch> rooms;
-  for (std::uint64_t seed = 0; seed < 30; ++seed) rooms.emplace_back(seen(room(200 + seed), kSize, 1, 0, {}));
+  for (std::uint64_t seed = 0; seed < 30; ++seed) rooms.emplace_back(seen(room(200 + seed), kSceneSize, 1, 0, {}));
   int alike = 0;
   for (std::size_t i = 0; i < rooms.size(); ++i) {
     EXPECT_NEAR(rooms[i].likeness(rooms[i]), 1, 1e-5);
@@ -156,8 +158,8 @@ TEST(SceneSketch, LikensPicturesOfOneRoomAndFewOfOthers) {
 }
 
 TEST(SceneSketch, WhatIsFlatOrOfOtherProportionsIsLikeNothing) {
-  const SceneSketch picture(seen(room(1), kSize, 1, 0, {}));
-  EXPECT_EQ(picture.likeness(SceneSketch(cv::Mat(kSize, CV_8UC3, cv::Scalar(90, 120, 150)))), 0);
+  const SceneSketch picture(seen(room(1), kSceneSize, 1, 0, {}));
+  EXPECT_EQ(picture.likeness(SceneSketch(cv::Mat(kSceneSize, CV_8UC3, cv::Scalar(90, 120, 150)))), 0);
   EXPECT_EQ(picture.likeness(SceneSketch(seen(room(1), {450, 600}, 1, 0, {}))), 0);
   EXPECT_EQ(SceneSketch(cv::Mat(1, 1, CV_8UC3, cv::Scalar::all(9))).likeness(picture), 0);
 }

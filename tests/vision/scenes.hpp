@@ -10,6 +10,8 @@
 
 namespace choreo::test {
 
+inline const cv::Scalar kRed(40, 50, 190);  ///< Clothes that no wall here resembles.
+
 /// A wall with a gradient and a smooth texture, colours well inside 0 to 255.
 inline cv::Mat textured_wall(cv::Size size, double base = 120) {
   cv::Mat wall(size, CV_8UC3);

@@ -13,16 +13,16 @@ namespace {
 
 using test::same_pixels;
 
-const cv::Size kSize{160, 120};
+const cv::Size kSegmentedSize{160, 120};
 const cv::Rect kBody{60, 30, 40, 60};
-const cv::Mat kAllKnown(kSize, CV_8UC1, cv::Scalar(255));
+const cv::Mat kAllKnown(kSegmentedSize, CV_8UC1, cv::Scalar(255));
 
-cv::Mat filled(cv::Rect where) {
-  cv::Mat mask = cv::Mat::zeros(kSize, CV_8UC1);
+cv::Mat segment(cv::Rect where) {
+  cv::Mat mask = cv::Mat::zeros(kSegmentedSize, CV_8UC1);
   mask(where) = 255;
   return mask;
 }
-cv::Mat disc(int radius) { return test::disc_mask(kSize, {80, 60}, radius); }
+cv::Mat disc(int radius) { return test::disc_mask(kSegmentedSize, {80, 60}, radius); }
 
 TEST(Combined, WhereTheTwoAgreeItIsWhatBothSay) {
   EXPECT_TRUE(same_pixels(combined(disc(30), disc(30), kAllKnown, 2), disc(30)));
@@ -36,19 +36,19 @@ TEST(Combined, AlongTheEdgesColourDecides) {
 }
 
 TEST(Combined, OfClothesLikeTheWallColourDecidesNothing) {
-  const cv::Mat nothing = cv::Mat::zeros(kSize, CV_8UC1);
+  const cv::Mat nothing = cv::Mat::zeros(kSegmentedSize, CV_8UC1);
   EXPECT_TRUE(same_pixels(combined(nothing, disc(30), kAllKnown, 2), disc(30)));
   // A head whose colour shows, on a trunk whose does not.
-  const cv::Mat head = filled({70, 10, 20, 20});
-  const cv::Mat body = head | filled({60, 30, 40, 60});
+  const cv::Mat head = segment({70, 10, 20, 20});
+  const cv::Mat body = head | segment({60, 30, 40, 60});
   const cv::Mat mask = combined(head, body, kAllKnown, 2);
   EXPECT_TRUE(same_pixels(mask(cv::Rect(0, 40, 160, 80)), body(cv::Rect(0, 40, 160, 80))));
 }
 
 TEST(Combined, AShadowThatColourTakesForBodyIsNone) {
-  const cv::Mat shadow = filled({100, 60, 40, 30});
-  const cv::Mat mask = combined(filled(kBody) | shadow, filled(kBody), kAllKnown, 2);
-  EXPECT_TRUE(same_pixels(mask, filled(kBody)));
+  const cv::Mat shadow = segment({100, 60, 40, 30});
+  const cv::Mat mask = combined(segment(kBody) | shadow, segment(kBody), kAllKnown, 2);
+  EXPECT_TRUE(same_pixels(mask, segment(kBody)));
 }
 
 TEST(Combined, WhereDepthIsUnknownColourAloneDecides) {
@@ -56,14 +56,14 @@ TEST(Combined, WhereDepthIsUnknownColourAloneDecides) {
   const cv::Rect hair(70, 14, 20, 16);
   cv::Mat known = kAllKnown.clone();
   known(hair) = 0;
-  const cv::Mat body = filled(kBody) | filled(hair);
-  EXPECT_TRUE(same_pixels(combined(body, filled(kBody), known, 2), body));
-  EXPECT_TRUE(same_pixels(combined(filled(kBody), filled(kBody), known, 2), filled(kBody)));
+  const cv::Mat body = segment(kBody) | segment(hair);
+  EXPECT_TRUE(same_pixels(combined(body, segment(kBody), known, 2), body));
+  EXPECT_TRUE(same_pixels(combined(segment(kBody), segment(kBody), known, 2), segment(kBody)));
 }
 
 TEST(Combined, IsTheSameInAMirror) {
-  const cv::Mat colour = disc(30) | filled({0, 100, 160, 20});
-  const cv::Mat depth = test::disc_mask(kSize, {83, 60}, 29);
+  const cv::Mat colour = disc(30) | segment({0, 100, 160, 20});
+  const cv::Mat depth = test::disc_mask(kSegmentedSize, {83, 60}, 29);
   cv::Mat a, b, back;
   cv::flip(colour, a, 1);
   cv::flip(depth, b, 1);
@@ -71,19 +71,19 @@ TEST(Combined, IsTheSameInAMirror) {
   EXPECT_TRUE(same_pixels(back, combined(colour, depth, kAllKnown, 3)));
 }
 
-cv::Mat wall() { return test::textured_wall(kSize); }
-cv::Mat room() { return {kSize, CV_16UC1, cv::Scalar(3000)}; }
-cv::Mat picture() { return test::with_body(wall(), filled(kBody), {30, 20, 180}); }
+cv::Mat wall() { return test::textured_wall(kSegmentedSize); }
+cv::Mat far_room() { return {kSegmentedSize, CV_16UC1, cv::Scalar(3000)}; }
+cv::Mat picture() { return test::with_body(wall(), segment(kBody), {30, 20, 180}); }
 cv::Mat depth(cv::Rect body = kBody) {
-  auto out = room();
+  auto out = far_room();
   out(body) = 2000;
   return out;
 }
 
 DepthMasker depth_masker(const MaskOptions& options = {}) {
   DepthBackground background;
-  background.depth_mm = room();
-  background.spread_mm = cv::Mat(kSize, CV_32FC1, cv::Scalar(5));
+  background.depth_mm = far_room();
+  background.spread_mm = cv::Mat(kSegmentedSize, CV_32FC1, cv::Scalar(5));
   return {background, {}, options};
 }
 
@@ -107,7 +107,7 @@ TEST(Segmenter, ByDepthAloneThePictureIsNotLookedAt) {
   const auto result = segmenter.process(cv::Mat(), depth(), 0);
   EXPECT_TRUE(result.body);
   EXPECT_EQ(result.area, cv::countNonZero(result.mask));
-  EXPECT_GE(test::iou(result.mask, filled(kBody)), 0.99);
+  EXPECT_GE(test::iou(result.mask, segment(kBody)), 0.99);
   EXPECT_FALSE(result.cut);
   EXPECT_TRUE(segmenter.process(cv::Mat(), depth({60, 60, 40, 60}), 1).cut);
 }
@@ -116,7 +116,7 @@ TEST(Segmenter, ByBothClothesLikeTheWallAreSeenAndTheMaskIsWhole) {
   Segmenter segmenter(BodyMasker(wall(), 1.0, {}), depth_masker(), {});
   const auto result = segmenter.process(wall(), depth(), 0);
   EXPECT_TRUE(result.body);
-  EXPECT_GE(test::iou(result.mask, filled(kBody)), 0.99);
+  EXPECT_GE(test::iou(result.mask, segment(kBody)), 0.99);
 }
 
 TEST(Segmenter, WhatIsTooSmallIsNoBody) {
@@ -137,25 +137,25 @@ TEST(Segmenter, OfTwoPartsTheLargestAloneIsKeptWhereAskedFor) {
   EXPECT_GT(cv::countNonZero(all.process(cv::Mat(), both, 0).mask(cv::Rect(0, 0, 50, 120))), 500);
   options.largest_only = true;
   Segmenter largest(std::nullopt, depth_masker(options), options);
-  EXPECT_GE(test::iou(largest.process(cv::Mat(), both, 0).mask, filled(kBody)), 0.99);
+  EXPECT_GE(test::iou(largest.process(cv::Mat(), both, 0).mask, segment(kBody)), 0.99);
 }
 
 TEST(Segmenter, AFrameWithoutDepthIsDecidedByColourOrHasNoBody) {
   Segmenter both(BodyMasker(wall(), 1.0, {}), depth_masker(), {});
-  EXPECT_GE(test::iou(both.process(picture(), cv::Mat(), 0).mask, filled(kBody)), 0.98);
+  EXPECT_GE(test::iou(both.process(picture(), cv::Mat(), 0).mask, segment(kBody)), 0.98);
   Segmenter deep(std::nullopt, depth_masker(), {});
   const auto result = deep.process(picture(), cv::Mat(), 0);
   EXPECT_FALSE(result.body);
-  EXPECT_EQ(result.mask.size(), kSize);
+  EXPECT_EQ(result.mask.size(), kSegmentedSize);
   EXPECT_EQ(cv::countNonZero(result.mask), 0);
 }
 
 TEST(Segmenter, WhileTheRoomsDepthIsLearnedAnewColourDecides) {
   Segmenter both(BodyMasker(wall(), 1.0, {}), depth_masker(), {});
-  cv::Mat elsewhere(kSize, CV_16UC1, cv::Scalar(2500));
+  cv::Mat elsewhere(kSegmentedSize, CV_16UC1, cv::Scalar(2500));
   const auto result = both.process(picture(), elsewhere, 0);
   EXPECT_TRUE(result.sudden);
-  EXPECT_GE(test::iou(result.mask, filled(kBody)), 0.98);
+  EXPECT_GE(test::iou(result.mask, segment(kBody)), 0.98);
 }
 
 TEST(Segmentation, HasThreeNames) {

@@ -17,11 +17,11 @@ using test::with_noise;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-const cv::Size kSize(320, 240);
+const cv::Size kSetSize(320, 240);
 const cv::Scalar kSkin(120, 150, 210);
 
-cv::Mat room(std::uint64_t seed) {
-  cv::Mat out(kSize + cv::Size(60, 60), CV_8UC3, cv::Scalar(150, 160, 170));
+cv::Mat set_room(std::uint64_t seed) {
+  cv::Mat out(kSetSize + cv::Size(60, 60), CV_8UC3, cv::Scalar(150, 160, 170));
   cv::RNG random(seed);
   for (int i = 0; i < 70; ++i) {
     const cv::Scalar colour(random.uniform(60, 200), random.uniform(60, 200), random.uniform(60, 200));
@@ -34,15 +34,15 @@ cv::Mat room(std::uint64_t seed) {
   return out;
 }
 
-/// The room shifted by whole pixels, with an arm in place k of the picture.
-cv::Mat shot(const cv::Mat& room, cv::Point shift, int k, double gain, std::uint64_t seed) {
-  cv::Mat out = room(cv::Rect(cv::Point(30, 30) - shift, kSize)).clone();
+/// The set_room shifted by whole pixels, with an arm in place k of the picture.
+cv::Mat shot(const cv::Mat& set_room, cv::Point shift, int k, double gain, std::uint64_t seed) {
+  cv::Mat out = set_room(cv::Rect(cv::Point(30, 30) - shift, kSetSize)).clone();
   cv::rectangle(out, cv::Rect(40 + 40 * k + shift.x, 90 + shift.y, 20, 70), kSkin, cv::FILLED);
   return with_noise(in_light(out, gain), 2, seed);
 }
 
 TEST(SharedWall, ShowsTheRoomAndEachPicturesArmAlthoughTheCameraAndTheLightChange) {
-  const auto all = room(3);
+  const auto all = set_room(3);
   const std::vector<cv::Point> shifts = {{0, 0}, {8, -5}, {-7, 6}, {3, 9}, {-9, -4}, {5, 2}};
   std::vector<cv::Mat> pictures;
   for (int k = 0; k < 6; ++k) {
@@ -51,8 +51,8 @@ TEST(SharedWall, ShowsTheRoomAndEachPicturesArmAlthoughTheCameraAndTheLightChang
   const auto scenes = shared_scenes(pictures).value();
   ASSERT_EQ(scenes.size(), 1u);
   ASSERT_THAT(scenes[0].members, ElementsAre(0, 1, 2, 3, 4, 5));
-  EXPECT_GE(scenes[0].canvas.width, kSize.width + 14) << "all of every picture is on the canvas";
-  EXPECT_LE(scenes[0].canvas.width, kSize.width + 20);
+  EXPECT_GE(scenes[0].canvas.width, kSetSize.width + 14) << "all of every picture is on the canvas";
+  EXPECT_LE(scenes[0].canvas.width, kSetSize.width + 20);
   const SharedWall wall(pictures, scenes[0]);
   EXPECT_LT(wall.noise(), 3);
   for (std::size_t k = 0; k < pictures.size(); ++k) {
@@ -70,10 +70,10 @@ TEST(SharedWall, ShowsTheRoomAndEachPicturesArmAlthoughTheCameraAndTheLightChang
 }
 
 TEST(SharedWall, ScenesAreToldApartAndStrangersAreInNone) {
-  const auto one = room(3);
-  const auto other = room(4);
+  const auto one = set_room(3);
+  const auto other = set_room(4);
   const std::vector<cv::Mat> pictures = {shot(one, {0, 0}, 0, 1, 1),    shot(other, {4, 2}, 1, 1, 2),
-                                         shot(one, {5, 5}, 2, 1, 3),    shot(room(5), {0, 0}, 3, 1, 4),
+                                         shot(one, {5, 5}, 2, 1, 3),    shot(set_room(5), {0, 0}, 3, 1, 4),
                                          shot(other, {-3, 1}, 4, 1, 5), shot(one, {-6, 2}, 5, 1, 6)};
   const auto scenes = shared_scenes(pictures).value();
   ASSERT_EQ(scenes.size(), 2u);
@@ -83,7 +83,7 @@ TEST(SharedWall, ScenesAreToldApartAndStrangersAreInNone) {
 
 TEST(SharedWall, OnePictureOrNoneSharesNothing) {
   EXPECT_THAT(shared_scenes({}).value(), IsEmpty());
-  const std::vector<cv::Mat> one = {shot(room(3), {}, 0, 1, 1)};
+  const std::vector<cv::Mat> one = {shot(set_room(3), {}, 0, 1, 1)};
   EXPECT_THAT(shared_scenes(one).value(), IsEmpty());
   const std::vector<cv::Mat> sizes = {one.front(), one.front()(cv::Rect(0, 0, 200, 200)).clone()};
   EXPECT_THAT(shared_scenes(sizes).value(), IsEmpty());
@@ -92,7 +92,8 @@ TEST(SharedWall, OnePictureOrNoneSharesNothing) {
 // Every pair aligned would be 2000 alignments, a minute or two.
 TEST(SharedWall, ManyStrangersCostFewAlignments) {
   std::vector<cv::Mat> pictures;
-  for (int k = 0; k < 64; ++k) pictures.push_back(shot(room(100 + std::uint64_t(k)), {}, k % 6, 1, std::uint64_t(k)));
+  for (int k = 0; k < 64; ++k)
+    pictures.push_back(shot(set_room(100 + std::uint64_t(k)), {}, k % 6, 1, std::uint64_t(k)));
   std::size_t alike = 0;
   std::vector<SceneSketch> sketches;
   for (const auto& picture : pictures) {
@@ -106,7 +107,7 @@ TEST(SharedWall, ManyStrangersCostFewAlignments) {
 }
 
 TEST(SharedWall, GroupingTellsHowFarItIsAndStopsWhereItIsAskedTo) {
-  const auto all = room(3);
+  const auto all = set_room(3);
   std::vector<cv::Mat> pictures;
   for (int k = 0; k < 6; ++k) pictures.push_back(shot(all, {k, -k}, k, 1, std::uint64_t(k)));
   double before = 0;

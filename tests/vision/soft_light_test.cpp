@@ -20,7 +20,7 @@ using test::textured_wall;
 using test::with_body;
 using test::with_noise;
 
-const cv::Size kSize(160, 120);
+const cv::Size kShadowSize(160, 120);
 constexpr double kThreshold = 10;
 
 /// `wall` dimmed to `depth` in an ellipse whose rim takes `softness` pixels.
@@ -45,7 +45,7 @@ cv::Mat mask_between(const cv::Mat& picture, const cv::Mat& wall) {
 
 TEST(WithoutSoftLight, ASoftShadowOnATexturedFloorGoes) {
   for (const double sigma : {0.0, 2.0}) {
-    const auto wall = textured_wall(kSize);
+    const auto wall = textured_wall(kShadowSize);
     const auto picture = with_noise(with_shadow(wall, {80, 70}, {40, 12}, 0.7, 6), sigma, 1);
     const auto mask = annealed(mask_between(picture, wall), 1);
     ASSERT_GT(cv::countNonZero(mask), 1000) << "there must be something to take away";
@@ -54,7 +54,7 @@ TEST(WithoutSoftLight, ASoftShadowOnATexturedFloorGoes) {
 }
 
 TEST(WithoutSoftLight, ASoftGlowGoesToo) {
-  const auto wall = textured_wall(kSize);
+  const auto wall = textured_wall(kShadowSize);
   const auto picture = with_shadow(wall, {80, 60}, {40, 25}, 1.2, 8);
   const auto mask = mask_between(picture, wall);
   ASSERT_GT(cv::countNonZero(mask), 1000);
@@ -62,8 +62,8 @@ TEST(WithoutSoftLight, ASoftGlowGoesToo) {
 }
 
 TEST(WithoutSoftLight, AGreyShirtWithAnOutlineOnAGreyWallStays) {
-  const cv::Mat wall(kSize, CV_8UC3, cv::Scalar(140, 140, 140));
-  const auto body = figure_mask(kSize, {80, 60}, 90);
+  const cv::Mat wall(kShadowSize, CV_8UC3, cv::Scalar(140, 140, 140));
+  const auto body = figure_mask(kShadowSize, {80, 60}, 90);
   // Shirts lighter still (110 and more) are a step of less than a fifth over a window: no more than a shadow's rim.
   for (const int grey : {60, 80, 100}) {
     const auto picture = with_body(wall, body, cv::Scalar::all(grey));
@@ -73,8 +73,8 @@ TEST(WithoutSoftLight, AGreyShirtWithAnOutlineOnAGreyWallStays) {
 }
 
 TEST(WithoutSoftLight, ABodyWithItsShadowKeepsTheBody) {
-  const auto wall = textured_wall(kSize);
-  const auto body = figure_mask(kSize, {70, 55}, 80);
+  const auto wall = textured_wall(kShadowSize);
+  const auto body = figure_mask(kShadowSize, {70, 55}, 80);
   const auto picture = with_body(with_shadow(wall, {90, 96}, {45, 9}, 0.7, 5), body, cv::Scalar(50, 60, 170));
   const auto mask = mask_between(picture, wall);
   ASSERT_LT(iou(mask, body), 0.75) << "the shadow must matter";
@@ -84,8 +84,8 @@ TEST(WithoutSoftLight, ABodyWithItsShadowKeepsTheBody) {
 }
 
 TEST(WithoutSoftLight, AColouredPatchStaysHoweverSoftItsRim) {
-  const cv::Mat wall(kSize, CV_8UC3, cv::Scalar(140, 140, 140));
-  cv::Mat weight = cv::Mat::zeros(kSize, CV_32FC1);
+  const cv::Mat wall(kShadowSize, CV_8UC3, cv::Scalar(140, 140, 140));
+  cv::Mat weight = cv::Mat::zeros(kShadowSize, CV_32FC1);
   cv::circle(weight, {80, 60}, 25, cv::Scalar(1), cv::FILLED);
   cv::GaussianBlur(weight, weight, {}, 6);
   cv::Mat picture = wall.clone();
@@ -101,13 +101,13 @@ TEST(WithoutSoftLight, AColouredPatchStaysHoweverSoftItsRim) {
   const auto mask = mask_between(picture, wall);
   const auto out = without_soft_light(mask, picture, wall);
   EXPECT_GT(cv::countNonZero(out), 0.85 * cv::countNonZero(mask));
-  EXPECT_EQ(cv::countNonZero(disc_mask(kSize, {80, 60}, 20) & ~out), 0);
+  EXPECT_EQ(cv::countNonZero(disc_mask(kShadowSize, {80, 60}, 20) & ~out), 0);
 }
 
 TEST(WithoutSoftLight, NeverAddsAPixelAndNeverChangesItsInput) {
   cv::RNG random(9);
   for (int k = 0; k < 10; ++k) {
-    const auto wall = with_noise(textured_wall(kSize), 20, std::uint64_t(k));
+    const auto wall = with_noise(textured_wall(kShadowSize), 20, std::uint64_t(k));
     const auto picture = with_noise(with_shadow(wall, {80, 60}, {50, 30}, 0.6, 4), 8, std::uint64_t(k) + 100);
     const auto mask = mask_between(picture, wall);
     const auto before = mask.clone();
@@ -118,14 +118,14 @@ TEST(WithoutSoftLight, NeverAddsAPixelAndNeverChangesItsInput) {
 }
 
 TEST(WithoutSoftLight, AnEmptyMaskStaysEmpty) {
-  const auto wall = textured_wall(kSize);
-  const cv::Mat empty = cv::Mat::zeros(kSize, CV_8UC1);
+  const auto wall = textured_wall(kShadowSize);
+  const cv::Mat empty = cv::Mat::zeros(kShadowSize, CV_8UC1);
   EXPECT_TRUE(same_bytes(without_soft_light(empty, wall, wall), empty));
 }
 
 TEST(WithoutSoftLight, AMaskThatTouchesAllBordersIsFollowedFromTheGapsInIt) {
-  const auto wall = textured_wall(kSize);
-  const cv::Mat full(kSize, CV_8UC1, cv::Scalar(255));
+  const auto wall = textured_wall(kShadowSize);
+  const cv::Mat full(kShadowSize, CV_8UC1, cv::Scalar(255));
   // The whole picture is mask: there is no unchanged wall to come from.
   const auto dimmed = test::in_light(wall, 0.85);
   EXPECT_TRUE(same_bytes(without_soft_light(full, dimmed, wall), full));
@@ -148,8 +148,8 @@ TEST(WithoutSoftLight, TinyPicturesAreFine) {
 
 // No channel tells it from a shadow, and each step is within what a shadow may have; but its outline is one all around.
 TEST(WithoutSoftLight, PlainClothesOfTheWallsHueStay) {
-  const auto wall = textured_wall(kSize);
-  const auto body = figure_mask(kSize, {80, 60}, 100);
+  const auto wall = textured_wall(kShadowSize);
+  const auto body = figure_mask(kShadowSize, {80, 60}, 100);
   auto picture = wall.clone();
   test::in_light(wall, 0.82).copyTo(picture, body);
   for (const double sigma : {0.0, 2.0}) {
@@ -161,9 +161,9 @@ TEST(WithoutSoftLight, PlainClothesOfTheWallsHueStay) {
 
 // A body of 40 x 80 pixels and, apart from it, a part of 12 x 12.
 struct TwoParts {
-  cv::Mat wall = textured_wall(kSize);
+  cv::Mat wall = textured_wall(kShadowSize);
   cv::Mat picture = wall.clone();
-  cv::Mat mask = cv::Mat::zeros(kSize, CV_8UC1);
+  cv::Mat mask = cv::Mat::zeros(kShadowSize, CV_8UC1);
   cv::Rect body{60, 20, 40, 80};
   cv::Rect part{10, 50, 12, 12};
 
@@ -179,17 +179,17 @@ struct TwoParts {
 };
 
 TEST(WithoutPartsOfLight, APartThatIsTheWallInAnotherLightGoesHoweverSharpItsOutline) {
-  EXPECT_EQ(TwoParts(test::in_light(textured_wall(kSize), 0.7)).left_of_part(), 0);
-  EXPECT_EQ(TwoParts(test::in_light(textured_wall(kSize), 1.3)).left_of_part(), 0);
+  EXPECT_EQ(TwoParts(test::in_light(textured_wall(kShadowSize), 0.7)).left_of_part(), 0);
+  EXPECT_EQ(TwoParts(test::in_light(textured_wall(kShadowSize), 1.3)).left_of_part(), 0);
 }
 
 TEST(WithoutPartsOfLight, APartOfAnotherColourStays) {
-  EXPECT_EQ(TwoParts(cv::Mat(kSize, CV_8UC3, cv::Scalar(30, 160, 40))).left_of_part(), 144);
+  EXPECT_EQ(TwoParts(cv::Mat(kShadowSize, CV_8UC3, cv::Scalar(30, 160, 40))).left_of_part(), 144);
 }
 
 TEST(WithoutPartsOfLight, ASmallPartOutsideTheReachGoesWhateverItsColour) {
-  const TwoParts scene(cv::Mat(kSize, CV_8UC3, cv::Scalar(30, 160, 40)));
-  cv::Mat reach = cv::Mat::zeros(kSize, CV_8UC1);
+  const TwoParts scene(cv::Mat(kShadowSize, CV_8UC3, cv::Scalar(30, 160, 40)));
+  cv::Mat reach = cv::Mat::zeros(kShadowSize, CV_8UC1);
   reach(scene.body) = 255;
   EXPECT_EQ(scene.left_of_part(reach), 0);
   reach(scene.part) = 255;
@@ -197,10 +197,10 @@ TEST(WithoutPartsOfLight, ASmallPartOutsideTheReachGoesWhateverItsColour) {
 }
 
 TEST(WithoutPartsOfLight, TheLargestPartStaysEvenIfItLooksLikeTheWall) {
-  TwoParts scene(cv::Mat(kSize, CV_8UC3, cv::Scalar(30, 160, 40)));
+  TwoParts scene(cv::Mat(kShadowSize, CV_8UC3, cv::Scalar(30, 160, 40)));
   test::in_light(scene.wall, 0.8)(scene.body).copyTo(scene.picture(scene.body));
   EXPECT_TRUE(same_bytes(without_parts_of_light(scene.mask, scene.picture, scene.wall, {}), scene.mask));
-  const cv::Mat nobody = cv::Mat::zeros(kSize, CV_8UC1);
+  const cv::Mat nobody = cv::Mat::zeros(kShadowSize, CV_8UC1);
   EXPECT_TRUE(same_bytes(without_parts_of_light(nobody, scene.wall, scene.wall, {}), nobody));
 }
 

@@ -18,7 +18,7 @@ using test::textured_wall;
 using test::with_body;
 using test::with_noise;
 
-const cv::Size kSize(160, 120);
+const cv::Size kCurveSize(160, 120);
 
 /// All 256 levels, in every channel.
 cv::Mat ramp() {
@@ -30,12 +30,12 @@ cv::Mat ramp() {
 TEST(ToneCurve, TheIdentityChangesNothing) { EXPECT_TRUE(same_bytes(ToneCurve().apply(ramp()), ramp())); }
 
 TEST(ToneCurve, ThePictureItselfGivesTheIdentityAtEveryLevel) {
-  const auto wall = textured_wall(kSize);
+  const auto wall = textured_wall(kCurveSize);
   EXPECT_TRUE(same_bytes(ToneCurve(wall, wall).apply(ramp()), ramp()));
 }
 
 TEST(ToneCurve, AShiftOfAllLevelsIsFoundExactly) {
-  const auto wall = textured_wall(kSize);
+  const auto wall = textured_wall(kCurveSize);
   for (const int shift : {-40, -7, 1, 30}) {
     const auto to = in_light(wall, 1, shift);
     EXPECT_TRUE(same_bytes(ToneCurve(wall, to).apply(wall), to)) << shift;
@@ -43,7 +43,7 @@ TEST(ToneCurve, AShiftOfAllLevelsIsFoundExactly) {
 }
 
 TEST(ToneCurve, ExposureAndWhiteBalanceAreFoundToALevelOrTwo) {
-  const auto wall = textured_wall(kSize);
+  const auto wall = textured_wall(kCurveSize);
   for (const double gain : {0.8, 0.9, 1.1, 1.25}) {
     const auto to = in_light(wall, gain);
     EXPECT_LE(largest_difference(ToneCurve(wall, to).apply(wall), to), 3) << gain;
@@ -71,7 +71,7 @@ TEST(ToneCurve, RisesWithTheLevelWhateverThePictures) {
 }
 
 TEST(ToneCurve, ABodyBeforeTheWallDoesNotBendIt) {
-  const auto wall = textured_wall(kSize);
+  const auto wall = textured_wall(kCurveSize);
   for (const auto& colour : {cv::Scalar(20, 20, 20), cv::Scalar(240, 240, 240), cv::Scalar(60, 40, 200)}) {
     // Four tenths of the picture, its noise with it.
     auto picture = wall.clone();
@@ -83,8 +83,8 @@ TEST(ToneCurve, ABodyBeforeTheWallDoesNotBendIt) {
 }
 
 TEST(ToneCurve, WhatIsLeftOutHasNoSay) {
-  const auto wall = textured_wall(kSize);
-  cv::Mat except = cv::Mat::zeros(kSize, CV_8UC1);
+  const auto wall = textured_wall(kCurveSize);
+  cv::Mat except = cv::Mat::zeros(kCurveSize, CV_8UC1);
   except(cv::Rect(0, 0, 150, 120)) = 255;
   cv::Mat picture = in_light(wall, 1, 10);
   // Nearly everything does alike, and wrongly so.
@@ -94,7 +94,7 @@ TEST(ToneCurve, WhatIsLeftOutHasNoSay) {
 }
 
 TEST(ToneCurve, NoiseInThePictureIsAveragedAway) {
-  const auto wall = textured_wall(kSize);
+  const auto wall = textured_wall(kCurveSize);
   for (const double sigma : {1.0, 3.0, 6.0}) {
     const auto lit = ToneCurve(wall, with_noise(in_light(wall, 1.1), sigma, 4)).apply(wall);
     EXPECT_LE(mean_difference(lit, in_light(wall, 1.1)), 1.2) << sigma;
@@ -107,8 +107,8 @@ TEST(ToneCurve, TooLittleToSeeGivesTheIdentity) {
     const cv::Mat to(size, CV_8UC3, cv::Scalar(110, 120, 130));
     EXPECT_TRUE(same_bytes(ToneCurve(from, to).apply(ramp()), ramp()));
   }
-  const auto wall = textured_wall(kSize);
-  const cv::Mat all(kSize, CV_8UC1, cv::Scalar(255));
+  const auto wall = textured_wall(kCurveSize);
+  const cv::Mat all(kCurveSize, CV_8UC1, cv::Scalar(255));
   EXPECT_TRUE(same_bytes(ToneCurve(wall, in_light(wall, 0.5), all).apply(ramp()), ramp()));
 }
 

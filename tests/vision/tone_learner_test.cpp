@@ -12,12 +12,12 @@ namespace {
 
 using ::testing::HasSubstr;
 
-const cv::Scalar kSkin(142, 178, 226);  // Blue green red.
-const cv::Scalar kShirt(132, 66, 36);
-const TrackedFace kFace{{160, 60}, 36, 1, 0, 0};
+const cv::Scalar kPortraitSkin(142, 178, 226);  // Blue green red.
+const cv::Scalar kPortraitShirt(132, 66, 36);
+const TrackedFace kPortraitFace{{160, 60}, 36, 1, 0, 0};
 
 // A face with eyes, brows, mouth and hair over a shirt, before a grey wall.
-cv::Mat portrait(const cv::Scalar& skin = kSkin, const cv::Scalar& shirt = kShirt) {
+cv::Mat portrait(const cv::Scalar& skin = kPortraitSkin, const cv::Scalar& shirt = kPortraitShirt) {
   cv::Mat picture(240, 320, CV_8UC3, cv::Scalar(190, 187, 178));
   cv::rectangle(picture, {110, 84}, {210, 239}, shirt, cv::FILLED);
   cv::ellipse(picture, {160, 52}, {24, 28}, 0, 0, 360, cv::Scalar(30, 35, 45), cv::FILLED);  // Hair.
@@ -48,7 +48,7 @@ INSTANTIATE_TEST_SUITE_P(Tone, Learner, ::testing::Values(ToneKind::kGaussian, T
 TEST_P(Learner, KnowsTheSkinFromTheFirstGoodFaceOn) {
   ToneLearner learner(options_);
   EXPECT_FALSE(learner.skin());
-  EXPECT_TRUE(learner.add(portrait(), kFace, 0));
+  EXPECT_TRUE(learner.add(portrait(), kPortraitFace, 0));
   ASSERT_TRUE(learner.skin());
   EXPECT_EQ(learner.skin()->name, "skin");
   EXPECT_GT(posterior_of(learner, kSkinPixel), 0.9);
@@ -62,7 +62,7 @@ TEST_P(Learner, KnowsTheSkinFromTheFirstGoodFaceOn) {
 TEST_P(Learner, GivesTonesOutAtMostEveryHalfSecond) {
   ToneLearner learner(options_);
   int given = 0;
-  for (int i = 0; i <= 60; ++i) given += learner.add(portrait(), kFace, i / 30.0) ? 1 : 0;
+  for (int i = 0; i <= 60; ++i) given += learner.add(portrait(), kPortraitFace, i / 30.0) ? 1 : 0;
   EXPECT_EQ(given, 5);
   EXPECT_NEAR(learner.learned_s(), 2.0, 1e-9);
 }
@@ -75,30 +75,30 @@ TEST_P(Learner, FollowsALightThatChangesSlowly) {
   for (int i = 0; i < 900; ++i) {
     const double share = i / 899.0;
     const cv::Scalar skin(142 * (1 - 0.4 * share), 178 * (1 - 0.15 * share), 226);
-    learner.add(portrait(skin), kFace, i / 15.0);
+    learner.add(portrait(skin), kPortraitFace, i / 15.0);
   }
   EXPECT_GT(posterior_of(learner, warm), 0.9);
 }
 
 TEST_P(Learner, LeavesOutAFaceThatSuddenlyLooksOtherwiseUntilItStays) {
   ToneLearner learner(options_);
-  for (int i = 0; i < 30; ++i) learner.add(portrait(), kFace, i * 0.1);
+  for (int i = 0; i < 30; ++i) learner.add(portrait(), kPortraitFace, i * 0.1);
   const double before = posterior_of(learner, kSkinPixel);
   const cv::Scalar glove(40, 160, 40);
-  for (int i = 30; i < 45; ++i) EXPECT_FALSE(learner.add(portrait(glove), kFace, i * 0.1));
+  for (int i = 30; i < 45; ++i) EXPECT_FALSE(learner.add(portrait(glove), kPortraitFace, i * 0.1));
   EXPECT_EQ(posterior_of(learner, kSkinPixel), before);
-  for (int i = 45; i < 60; ++i) learner.add(portrait(glove), kFace, i * 0.1);
+  for (int i = 45; i < 60; ++i) learner.add(portrait(glove), kPortraitFace, i * 0.1);
   EXPECT_LT(posterior_of(learner, kSkinPixel), 0.1);
   EXPECT_GT(posterior_of(learner, {40, 160, 40}), 0.9);
 }
 
 TEST_P(Learner, TwoOddLooksBetweenWhichTheFaceWasHiddenAreNotTwoSeconds) {
   ToneLearner learner(options_);
-  for (int i = 0; i < 100; ++i) learner.add(portrait(), kFace, i * 0.1);
+  for (int i = 0; i < 100; ++i) learner.add(portrait(), kPortraitFace, i * 0.1);
   const double before = posterior_of(learner, kSkinPixel);
   const cv::Scalar glove(40, 160, 40);
-  EXPECT_FALSE(learner.add(portrait(glove), kFace, 10));
-  EXPECT_FALSE(learner.add(portrait(glove), kFace, 13));
+  EXPECT_FALSE(learner.add(portrait(glove), kPortraitFace, 10));
+  EXPECT_FALSE(learner.add(portrait(glove), kPortraitFace, 13));
   EXPECT_NEAR(learner.learned_s(), 3, 1e-9);
   EXPECT_EQ(posterior_of(learner, kSkinPixel), before);
 }
@@ -109,11 +109,11 @@ TEST_P(Learner, WhatIsLearnedOnceAndForAllIsGivenOutWholeHoweverSeldomThatIsAske
   options_.learn_s = 2;
   ToneLearner learner(options_);
   const cv::Scalar later(120, 160, 226);
-  EXPECT_TRUE(learner.add(portrait(), kFace, 0));
+  EXPECT_TRUE(learner.add(portrait(), kPortraitFace, 0));
   const double first = posterior_of(learner, {115, 155, 226});
   int given = 0;
   for (int i = 1; i < 120; ++i) {
-    given += learner.add(portrait(later), kFace, i / 30.0) ? 1 : 0;
+    given += learner.add(portrait(later), kPortraitFace, i / 30.0) ? 1 : 0;
     EXPECT_TRUE(given == 0 ? i < 62 : given == 1 && i >= 60) << i << " " << given;
   }
   EXPECT_NE(posterior_of(learner, {115, 155, 226}), first);
@@ -121,18 +121,18 @@ TEST_P(Learner, WhatIsLearnedOnceAndForAllIsGivenOutWholeHoweverSeldomThatIsAske
 
 TEST_P(Learner, TakesABareChestForNoClothes) {
   ToneLearner bare(options_);
-  bare.add(portrait(kSkin, kSkin * 0.9), kFace, 0);
+  bare.add(portrait(kPortraitSkin, kPortraitSkin * 0.9), kPortraitFace, 0);
   EXPECT_FALSE(bare.clothes());
   EXPECT_GT(posterior_of(bare, kSkinPixel), 0.9);
   ToneLearner dressed(options_);
-  dressed.add(portrait(), kFace, 0);
+  dressed.add(portrait(), kPortraitFace, 0);
   ASSERT_TRUE(dressed.clothes());
   EXPECT_EQ(dressed.clothes()->name, "clothes");
 }
 
 TEST_P(Learner, ForgetsEverybodyOnReset) {
   ToneLearner learner(options_);
-  learner.add(portrait(), kFace, 0);
+  learner.add(portrait(), kPortraitFace, 0);
   learner.reset();
   EXPECT_FALSE(learner.skin());
   EXPECT_EQ(learner.learned_s(), 0);
@@ -142,8 +142,8 @@ TEST_P(Learner, IsTheSameEveryTime) {
   ToneLearner a(options_);
   ToneLearner b(options_);
   for (int i = 0; i < 10; ++i) {
-    a.add(portrait(), kFace, i * 0.1);
-    b.add(portrait(), kFace, i * 0.1);
+    a.add(portrait(), kPortraitFace, i * 0.1);
+    b.add(portrait(), kPortraitFace, i * 0.1);
   }
   for (int level = 0; level < 256; level += 15) {
     const cv::Vec3d colour(level, 128, 255 - level);
@@ -153,10 +153,10 @@ TEST_P(Learner, IsTheSameEveryTime) {
 
 TEST(ToneLearner, LooksAtNoFaceThatCoastsOrLiesOutsideThePicture) {
   ToneLearner learner({});
-  auto face = kFace;
+  auto face = kPortraitFace;
   face.unseen_s = 0.6;
   EXPECT_FALSE(learner.add(portrait(), face, 0));
-  face = kFace;
+  face = kPortraitFace;
   face.centre = {-100, 500};
   EXPECT_FALSE(learner.add(portrait(), face, 0.1));
   face.width = 0;

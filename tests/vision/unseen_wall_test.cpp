@@ -18,22 +18,22 @@ namespace {
 
 using test::figure_mask;
 using test::iou;
+using test::kRed;
 using test::same_bytes;
 using test::textured_wall;
 
-const cv::Size kSize(160, 120);
-const cv::Scalar kRed(40, 50, 190);
+const cv::Size kUnseenSize(160, 120);
 
 /// Sways by 8 pixels and beckons, in front of the same wall all the time.
-cv::Mat body_at(int k) {
+cv::Mat hidden_body_at(int k) {
   const int x = 80 + static_cast<int>(std::lround(8 * std::sin(k * 0.7)));
-  cv::Mat body = figure_mask(kSize, {x, 60}, 100);
+  cv::Mat body = figure_mask(kUnseenSize, {x, 60}, 100);
   body(cv::Rect(k % 2 == 0 ? x + 10 : x - 40, 25 + 9 * (k % 5), 30, 7)) = 255;
   return body;
 }
 
 cv::Mat picture_at(int k) {
-  return test::with_noise(test::with_body(textured_wall(kSize), body_at(k), kRed), 2, std::uint64_t(k));
+  return test::with_noise(test::with_body(textured_wall(kUnseenSize), hidden_body_at(k), kRed), 2, std::uint64_t(k));
 }
 
 std::vector<cv::Mat> pictures(int count) {
@@ -44,17 +44,17 @@ std::vector<cv::Mat> pictures(int count) {
 
 TEST(InferWall, WhatTheBodyAlwaysCoversIsUnseenAndTheRestIsTheWall) {
   const auto wall = infer_wall(pictures(40), 2);
-  cv::Mat always(kSize, CV_8UC1, cv::Scalar(255));
-  for (int k = 0; k < 40; ++k) always &= body_at(k);
+  cv::Mat always(kUnseenSize, CV_8UC1, cv::Scalar(255));
+  for (int k = 0; k < 40; ++k) always &= hidden_body_at(k);
   EXPECT_GT(iou(wall.unseen, always), 0.85);
-  EXPECT_LT(test::mean_difference(wall.plate, textured_wall(kSize)), 2.0);
+  EXPECT_LT(test::mean_difference(wall.plate, textured_wall(kUnseenSize)), 2.0);
 }
 
 TEST(InferWall, PicturesInWhichNothingMovesSayNothing) {
-  const std::vector<cv::Mat> still(10, textured_wall(kSize));
+  const std::vector<cv::Mat> still(10, textured_wall(kUnseenSize));
   const auto wall = infer_wall(still, 1);
   EXPECT_EQ(cv::countNonZero(wall.unseen), 0);
-  EXPECT_TRUE(same_bytes(wall.plate, textured_wall(kSize)));
+  EXPECT_TRUE(same_bytes(wall.plate, textured_wall(kUnseenSize)));
 }
 
 TEST(InferWall, OneThreadGivesTheSameBytesAsMany) {
@@ -76,7 +76,7 @@ TEST(BodyMasker, ABodyThatStoodThereFromTheFirstFrameIsWholeAfterSomeSeconds) {
   for (int k = 0; k < 100; ++k) {
     const auto result = masker.process(picture_at(k), k / 10.0);
     if (k < 80) continue;
-    sum += iou(result.mask, body_at(k));
+    sum += iou(result.mask, hidden_body_at(k));
     inferred += result.inferred;
   }
   EXPECT_GT(sum / 20, 0.90);
@@ -92,7 +92,7 @@ TEST(BodyMasker, WithoutInferenceTheSameBodyHasAHole) {
   BodyMasker masker(estimate, options);
   MaskResult last;
   for (int k = 0; k < 100; ++k) last = masker.process(picture_at(k), k / 10.0);
-  EXPECT_LT(iou(last.mask, body_at(99)), 0.7);
+  EXPECT_LT(iou(last.mask, hidden_body_at(99)), 0.7);
   EXPECT_EQ(last.inferred, 0);
 }
 

@@ -15,14 +15,14 @@ namespace {
 
 using test::same_bytes;
 
-const cv::Size kSize(80, 60);
+const cv::Size kLearnedSize(80, 60);
 constexpr double kFps = 30;
 
 /// Sways before the same wall all the time.
-cv::Mat picture_at(int k) {
+cv::Mat learner_picture_at(int k) {
   const int x = 40 + static_cast<int>(std::lround(6 * std::sin(k * 0.11)));
-  const auto body = test::figure_mask(kSize, {x, 30}, 50);
-  return test::with_noise(test::with_body(test::textured_wall(kSize), body, cv::Scalar(40, 50, 190)), 2,
+  const auto body = test::figure_mask(kLearnedSize, {x, 30}, 50);
+  return test::with_noise(test::with_body(test::textured_wall(kLearnedSize), body, cv::Scalar(40, 50, 190)), 2,
                           std::uint64_t(k));
 }
 
@@ -35,7 +35,7 @@ struct Answer {
 std::vector<Answer> answers(WallLearner& learner, int begin, int end) {
   std::vector<Answer> all;
   for (int k = begin; k < end; ++k) {
-    if (auto wall = learner.add(picture_at(k), k / kFps, test::textured_wall(kSize), {})) {
+    if (auto wall = learner.add(learner_picture_at(k), k / kFps, test::textured_wall(kLearnedSize), {})) {
       all.push_back({k, std::move(*wall)});
     }
   }
@@ -97,15 +97,15 @@ TEST(WallLearner, ForgetsWhatIsOlderThanAMinute) {
   std::optional<InferredWall> before, after;
   for (int k = 0; k < 132 * kPerSecond; ++k) {
     const bool there = k < kCarriedAway_s * kPerSecond;
-    auto picture = picture_at(k);
+    auto picture = learner_picture_at(k);
     if (there) picture(thing).setTo(cv::Scalar(250, 250, 20));
-    if (auto wall = learner.add(picture, double(k) / kPerSecond, test::textured_wall(kSize), {})) {
+    if (auto wall = learner.add(picture, double(k) / kPerSecond, test::textured_wall(kLearnedSize), {})) {
       (there ? before : after) = std::move(wall);
     }
   }
   ASSERT_TRUE(before && after);
-  EXPECT_GT(test::mean_difference(before->plate(thing), test::textured_wall(kSize)(thing)), 50);
-  EXPECT_LT(test::mean_difference(after->plate(thing), test::textured_wall(kSize)(thing)), 3);
+  EXPECT_GT(test::mean_difference(before->plate(thing), test::textured_wall(kLearnedSize)(thing)), 50);
+  EXPECT_LT(test::mean_difference(after->plate(thing), test::textured_wall(kLearnedSize)(thing)), 3);
 }
 
 }  // namespace
