@@ -10,6 +10,8 @@
 #
 # and the targets unit_tests, threaded_tests, release_tests and long_tests build the programs of these.
 
+include(GoogleTest)
+
 # What the sanitizers are told, so that nobody has to remember it.
 set(choreo_test_environment)
 if(CHOREO_SANITIZE STREQUAL "thread")
@@ -48,13 +50,14 @@ function(choreo_test_program name)
   endif()
 endfunction()
 
-# choreo_test(NAME [ALONE] [LONG] [LABELS labels...] [TIMEOUT seconds] [SHARDS n] [LIBRARIES_FROM folder] [LIBS libs...] SOURCES ...)
-# Makes a GoogleTest program and one CTest entry, or SHARDS of them that share its cases; a failure names its case.
+# choreo_test(NAME [ALONE] [EACH] [LONG] [LABELS labels...] [TIMEOUT seconds] [SHARDS n] [LIBRARIES_FROM folder] [LIBS libs...] SOURCES ...)
+# Makes a GoogleTest program and one CTest entry, or SHARDS of them that share its cases; a failure names its case. EACH:
+# an entry for every case, where a process can run but one.
 # ALONE: with nothing beside it, where it watches the real clock. LONG: in the long lane, too, where it does more (see
 # support/long_lane.hpp). Shared libraries that lie in LIBRARIES_FROM stand in for
 # those of the system. The label is unit unless said otherwise.
 function(choreo_test name)
-  cmake_parse_arguments(ARG "ALONE;LONG" "TIMEOUT;SHARDS;LIBRARIES_FROM" "LABELS;LIBS;SOURCES" ${ARGN})
+  cmake_parse_arguments(ARG "ALONE;EACH;LONG" "TIMEOUT;SHARDS;LIBRARIES_FROM" "LABELS;LIBS;SOURCES" ${ARGN})
   if(NOT ARG_LABELS)
     set(ARG_LABELS unit)
   endif()
@@ -83,6 +86,12 @@ function(choreo_test name)
   if(ARG_LIBRARIES_FROM)
     set(replaced "LD_LIBRARY_PATH=path_list_prepend:${ARG_LIBRARIES_FROM}")
   endif()
+  list(JOIN ARG_LABELS "_" labels)
+  set(properties LABELS ${labels} TIMEOUT ${ARG_TIMEOUT} RUN_SERIAL ${ARG_ALONE} ${choreo_test_environment})
+  if(ARG_EACH)
+    gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES ${properties} ENVIRONMENT_MODIFICATION "${replaced}")
+    return()
+  endif()
   math(EXPR last "${ARG_SHARDS} - 1")
   foreach(shard RANGE ${last})
     set(test ${name})
@@ -92,8 +101,7 @@ function(choreo_test name)
     endif()
     # Of what went well one line is enough.
     add_test(NAME ${test} COMMAND ${name} --gtest_brief=1)
-    set_tests_properties(${test} PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT} RUN_SERIAL ${ARG_ALONE}
-      ${choreo_test_environment})
+    set_tests_properties(${test} PROPERTIES ${properties})
     set_property(TEST ${test} PROPERTY ENVIRONMENT_MODIFICATION
       "GTEST_TOTAL_SHARDS=set:${ARG_SHARDS}" "GTEST_SHARD_INDEX=set:${shard}" ${replaced})
   endforeach()
