@@ -108,7 +108,7 @@ TEST_F(Live, APipeIsPlayedAtItsOwnTime) {
   const auto clip = folder_ / "clip.mkv";
   ASSERT_EQ(choreoscope({"synth", "walking?size=64x48&fps=30&duration=1&empty=0", "-o", clip}).status, 0);
   for (const std::string pace : {"live", "replay"}) {
-    const auto pipe = folder_ / pace;
+    const auto pipe = folder_ / ("pipe-" + pace);
     const auto run = run_program(
         "/bin/sh", {"-c",
                     R"(mkfifo "$2"; cat "$1" > "$2" & exec "$0" live "$2" --headless --pace "$3" --out "$4")"

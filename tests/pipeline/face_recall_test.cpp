@@ -240,9 +240,10 @@ TEST_P(RealVideo, HardlyEverShowsAFaceWhereThereIsNone) {
   const auto source = registry.open(path);
   double seconds = 0;
   FaceStage stage(std::make_unique<Timed>(load_face_detector({}), seconds), {});
+  const int stride = GetParam().stride * (test::in_long_lane() ? 1 : 3);
   int frames = 0, with_face = 0, n = 0;
   while (const auto frame = source->read({})) {
-    if (n++ % GetParam().stride != 0) continue;
+    if (n++ % stride != 0) continue;
     Observation observation;
     observation.frame = frame;
     observation.time = frame->device_time;
