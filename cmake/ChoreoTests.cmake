@@ -62,7 +62,7 @@ function(choreo_test name)
     set(ARG_LABELS unit)
   endif()
   if(NOT ARG_TIMEOUT)
-    set(ARG_TIMEOUT 300)
+    set(ARG_TIMEOUT 600)  # A guard against hanging, on a loaded machine, too.
   endif()
   if(NOT ARG_SHARDS)
     set(ARG_SHARDS 1)

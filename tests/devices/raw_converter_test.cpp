@@ -68,6 +68,9 @@ TEST(RawConverter, WhatIsKeptHasNoPadding) {
   EXPECT_THAT(keep_raw({kGrey, {2, 2}, 3}, bytes)->bytes, ElementsAre(1, 2, 3, 4));
   const std::vector<std::uint8_t> dense = {1, 2, 3, 4, 5, 6, 7};
   EXPECT_THAT(keep_raw({kNv12, {2, 2}, 2}, dense)->bytes, ElementsAre(1, 2, 3, 4, 5, 6)) << "the buffer is longer";
+  const std::vector<std::uint8_t> padded = {1, 2, 99, 3, 4, 99, 5, 6, 99};
+  EXPECT_THAT(keep_raw({kNv12, {2, 2}, 3}, padded)->bytes, ElementsAre(1, 2, 3, 4, 5, 6))
+      << "the colours' line as well";
   EXPECT_THAT(keep_raw({kMjpg, {2, 2}, 0}, dense)->bytes, testing::SizeIs(7));
 }
 

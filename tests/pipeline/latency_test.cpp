@@ -3,6 +3,8 @@
 #include "pipeline/latency.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -64,6 +66,19 @@ TEST(LatencyHistogram, NeverExceedsTheLargestAndIsNeverMoreThanASixtyFourthTooHi
     const auto p50 = histogram.summary().p50.count();
     EXPECT_GE(p50, duration);
     EXPECT_LE(double(p50 - duration), double(duration) / 64.0) << duration;
+  }
+}
+
+TEST(LatencyHistogram, IsReadWhileAnotherThreadAddsToIt) {
+  constexpr std::uint64_t kAll = 1000;
+  LatencyHistogram histogram;
+  const std::jthread adds([&] {
+    for (std::uint64_t k = 0; k < kAll; ++k) histogram.add(1us);
+  });
+  for (std::uint64_t seen = 0; seen < kAll;) {
+    const auto now = histogram.summary().count;
+    ASSERT_GE(now, seen);
+    seen = now;
   }
 }
 
