@@ -26,15 +26,33 @@ void shrink(const cv::Mat& in, cv::Mat& out, const cv::Mat& square) {
   cv::erode(in, out, square, {-1, -1}, 1, kNeutralOutside);
 }
 
-// All that is set, with some room, within the picture. What is done with a mask is done there: the rest stays 0.
+// The areas of the parts, in pixels.
+std::vector<std::int64_t> areas_of(const Parts& parts) {
+  std::vector<std::int64_t> areas(parts.count, 0);
+  for (std::size_t k = 0; k < parts.runs.size(); ++k) areas[parts.part_of[k]] += parts.runs[k].to - parts.runs[k].from;
+  return areas;
+}
+
+// A mask of the parts for which stays(part) holds.
+template <typename Stays>
+cv::Mat drawn(const Parts& parts, cv::Size size, Stays stays) {
+  cv::Mat out = cv::Mat::zeros(size, CV_8UC1);
+  for (std::size_t k = 0; k < parts.runs.size(); ++k) {
+    const auto& run = parts.runs[k];
+    if (!stays(parts.part_of[k])) continue;
+    std::fill(out.ptr<std::uint8_t>(run.y) + run.from, out.ptr<std::uint8_t>(run.y) + run.to, std::uint8_t(255));
+  }
+  return out;
+}
+
+}  // namespace
+
 cv::Rect around(const cv::Mat& mask, int margin) {
   const auto box = cv::boundingRect(mask);
   if (box.empty()) return {};
   return cv::Rect(box.x - margin, box.y - margin, box.width + 2 * margin, box.height + 2 * margin) &
          cv::Rect({0, 0}, mask.size());
 }
-
-}  // namespace
 
 cv::Mat difference_luminance(const cv::Mat& picture, const cv::Mat& background) {
   assert(picture.type() == CV_8UC3 && background.type() == CV_8UC3 && picture.size() == background.size());
@@ -125,18 +143,18 @@ cv::Mat without_halo(const cv::Mat& mask, const cv::Mat& difference) {
 
 cv::Mat without_specks(const cv::Mat& mask, int min_area, bool only_largest) {
   if (min_area <= 1 && !only_largest) return mask.clone();
-  cv::Mat out = cv::Mat::zeros(mask.size(), CV_8UC1);
   const auto parts = parts_of(mask, Neighbours::kEight);
-  std::vector<std::int64_t> area(parts.count, 0);
-  for (std::size_t k = 0; k < parts.runs.size(); ++k) area[parts.part_of[k]] += parts.runs[k].to - parts.runs[k].from;
+  const auto area = areas_of(parts);
   const auto largest = static_cast<std::size_t>(std::max_element(area.begin(), area.end()) - area.begin());
-  for (std::size_t k = 0; k < parts.runs.size(); ++k) {
-    const auto& run = parts.runs[k];
-    const auto part = parts.part_of[k];
-    if (area[part] < min_area || (only_largest && part != largest)) continue;
-    std::fill(out.ptr<std::uint8_t>(run.y) + run.from, out.ptr<std::uint8_t>(run.y) + run.to, std::uint8_t(255));
-  }
-  return out;
+  return drawn(parts, mask.size(),
+               [&](std::size_t part) { return area[part] >= min_area && (!only_largest || part == largest); });
+}
+
+cv::Mat without_small_parts(const cv::Mat& mask, int share) {
+  const auto parts = parts_of(mask, Neighbours::kEight);
+  const auto area = areas_of(parts);
+  const auto largest = area.empty() ? 0 : *std::max_element(area.begin(), area.end());
+  return drawn(parts, mask.size(), [&](std::size_t part) { return area[part] * share >= largest; });
 }
 
 cv::Mat without_small_holes(const cv::Mat& mask, int max_area) {

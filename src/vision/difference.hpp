@@ -17,6 +17,10 @@ namespace choreo::vision {
 /// The median of a CV_8UC1 picture with the position inside the grey level, so that noise below one level still tells.
 [[nodiscard]] double interpolated_median(const cv::Mat& grey);
 
+/// All that is set, with a margin in pixels, within the picture; empty where nothing is. What is done with a mask need not
+/// be done elsewhere.
+[[nodiscard]] cv::Rect around(const cv::Mat& mask, int margin);
+
 /// Annealing: `steps` grow steps, then `steps` shrink steps, in the 8-neighbourhood.
 ///
 /// What lies outside the picture is neutral in both: it neither grows in nor eats away. Closes gaps up to 2 steps
@@ -41,6 +45,9 @@ namespace choreo::vision {
 /// `mask` without its connected components (8-neighbourhood) of fewer than `min_area` pixels; with `only_largest`,
 /// without all but the largest (the first in reading order among equals).
 [[nodiscard]] cv::Mat without_specks(const cv::Mat& mask, int min_area, bool only_largest);
+
+/// `mask` without its connected components (8-neighbourhood) of less than 1 / `share` of the largest one's pixels.
+[[nodiscard]] cv::Mat without_small_parts(const cv::Mat& mask, int share);
 
 /// `mask` with its holes of at most `max_area` pixels filled: parts of the outside (4-neighbourhood) that do not touch
 /// the picture's border.

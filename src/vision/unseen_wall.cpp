@@ -36,17 +36,6 @@ float colour_distance(const cv::Vec3b& a, const cv::Vec3b& b) {
                             0.299 * std::abs(a[2] - b[2]));
 }
 
-// `mask` without its connected parts that are less than 1 / `share` of the largest.
-cv::Mat without_small_parts(const cv::Mat& mask, int share) {
-  cv::Mat labels;
-  cv::Mat statistics;
-  cv::Mat centroids;
-  const int count = cv::connectedComponentsWithStats(mask, labels, statistics, centroids, 8, CV_32S, cv::CCL_SAUF);
-  int largest = 0;
-  for (int i = 1; i < count; ++i) largest = std::max(largest, statistics.at<int>(i, cv::CC_STAT_AREA));
-  return without_specks(mask, (largest + share - 1) / share, false);
-}
-
 // Where the commonest colour does not stand alone, without specks and whatever else moves in the room.
 cv::Mat moving_part(const ColourModes& modes) {
   cv::Mat moving = cv::Mat::zeros(modes.size, CV_8UC1);
@@ -59,13 +48,19 @@ cv::Mat moving_part(const ColourModes& modes) {
   return without_small_parts(moving, 5);
 }
 
-// `mask` grown by a disc of that radius and shrunk again, and a little more.
+// `mask` grown by a disc of that radius, at least 2, and shrunk again, and a little more.
 cv::Mat closed(const cv::Mat& mask, double radius) {
+  cv::Mat out = cv::Mat::zeros(mask.size(), CV_8UC1);
+  // A step to the side counts 0.955. Beyond what is grown there must be something that is not.
+  const auto box = around(mask, 2 + static_cast<int>(radius / 0.955));
+  if (box.empty()) return out;
   cv::Mat distance;
-  cv::distanceTransform(~mask, distance, cv::DIST_L2, 3);
+  cv::distanceTransform(~mask(box), distance, cv::DIST_L2, 3);
   const cv::Mat grown = distance <= radius;
   cv::distanceTransform(grown, distance, cv::DIST_L2, 3);
-  return distance > radius - 2.0;
+  cv::Mat part = out(box);
+  cv::compare(distance, radius - 2.0, part, cv::CMP_GT);
+  return out;
 }
 
 // Fills `where` smoothly from what is around: the mean of what is known in ever wider windows.
