@@ -8,7 +8,6 @@
 
 #include "film.hpp"
 #include "pipeline/core_limit.hpp"
-#include "pipeline/pacing.hpp"
 #include "pipeline/runner.hpp"
 #include "pipeline/stages/history_stage.hpp"
 #include "pipeline/stages/silhouette_stages.hpp"
@@ -22,17 +21,14 @@ namespace choreo::bench {
 namespace {
 
 constexpr int kLiveRows = 120;
-constexpr double kFps = 30;
-constexpr auto kHistory = std::chrono::minutes(10);
-constexpr std::size_t kCapacity = 18'000;  // Ten minutes of 30 frames a second.
-constexpr double kNoise = 3;
+constexpr double kCameraFps = 30;
 
 Film film_of(cv::Size size, int frames) {
   devices::synthetic::PerformerSettings settings;
   settings.size = size;
-  settings.noise = kNoise;
+  settings.noise = kFilmNoise;
   settings.empty = 0;
-  settings.fps = kFps;
+  settings.fps = kCameraFps;
   return {"jumping-jacks", settings, frames};
 }
 
@@ -43,16 +39,12 @@ struct Chain {
   std::uint64_t dropped = 0;
 };
 
-vision::BodyMasker masker_for(const Film& film, cv::Size working) {
-  return {pipeline::at_working_size(film.room(), working), kNoise, {}};
-}
-
 // The ring as it is after ten minutes.
 void fill(similarity::MaskHistory& history, const Film& film, cv::Size working) {
   auto masker = masker_for(film, working);
   std::vector<std::unique_ptr<const body::MaskState>> states;
   for (std::size_t i = 0; i < film.pictures().size(); ++i) {
-    const auto result = masker.process(pipeline::at_working_size(film.pictures()[i], working), double(i) / kFps);
+    const auto result = masker.process(pipeline::at_working_size(film.pictures()[i], working), double(i) / kCameraFps);
     if (result.body) states.push_back(std::make_unique<const body::MaskState>(result.mask));
   }
   for (std::size_t i = 0; i < history.capacity(); ++i) history.remember(states[i % states.size()].get());
@@ -60,36 +52,27 @@ void fill(similarity::MaskHistory& history, const Film& film, cv::Size working) 
 
 // The history is full from the start: no row goes by time, one by number with every frame.
 pipeline::RunReport run_chain(Film& film, similarity::MaskHistory& history, cv::Size working, int threads,
-                              bool as_camera, std::uint64_t frames, pipeline::RowCost& cost) {
+                              Pace pace, std::uint64_t frames, pipeline::RowCost& cost) {
   const pipeline::SteadyClock clock;
   std::vector<std::unique_ptr<pipeline::Stage>> stages;
   stages.push_back(std::make_unique<pipeline::PictureStage>(working));
   stages.push_back(std::make_unique<pipeline::MaskStage>(masker_for(film, working)));
   stages.push_back(std::make_unique<pipeline::StateStage>(0.15));
   stages.push_back(std::make_unique<pipeline::HistoryStage>(history, kHistory, clock, &cost));
-  film.rewind(frames);
-  pipeline::RunnerOptions options;
-  options.threads = threads;
-  options.queue_capacity = 2;
-  auto source = borrowed(film);
-  if (as_camera) {
-    options.at_reader = pipeline::Overflow::kDropOldest;
-    source = std::make_unique<pipeline::PacedSource>(std::move(source), clock, pipeline::sleep_until);
-  }
-  return pipeline::run(*source, {}, stages, options, clock, {});
+  return run_film(film, stages, threads, pace, frames, clock);
 }
 
 Chain measure(Film& film, int threads, const Settings& settings) {
   const pipeline::CoreLimit cores(threads);
   const auto working = pipeline::working_size(film.info().size, kLiveRows);
-  similarity::MaskHistory history(working, kCapacity, similarity::choose_and_count());
+  similarity::MaskHistory history(working, kHistoryFrames, similarity::choose_and_count());
   fill(history, film, working);
   Chain chain;
   pipeline::RowCost cost;
-  const auto fast = run_chain(film, history, working, threads, false, settings.quick ? 300 : 1500, cost);
+  const auto fast = run_chain(film, history, working, threads, Pace::kMax, settings.quick ? 300 : 1500, cost);
   chain.fps = double(fast.frames) / to_seconds(fast.wall);
   pipeline::RowCost camera_cost;
-  const auto camera = run_chain(film, history, working, threads, true, settings.quick ? 75 : 600, camera_cost);
+  const auto camera = run_chain(film, history, working, threads, Pace::kCamera, settings.quick ? 75 : 600, camera_cost);
   chain.camera = camera.latency;
   chain.dropped = camera.stages[1].dropped;
   chain.row = camera_cost.full().p50;
@@ -101,7 +84,7 @@ Chain measure(Film& film, int threads, const Settings& settings) {
 void chain(const Settings& settings, Report& report) {
   report.notes.push_back(
       fmt::format("frames filmed beforehand, masks at {} rows, 10 min of history ({} rows, full), mask and Z and Z*",
-                  kLiveRows, kCapacity));
+                  kLiveRows, kHistoryFrames));
   report.notes.emplace_back(
       "frames/s: as fast as they go; latency: with a camera's 30 frames a second, the newest frame wins");
   for (const auto size : {cv::Size(640, 480), cv::Size(1920, 1080)}) {

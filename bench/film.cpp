@@ -2,10 +2,15 @@
 #include "film.hpp"
 
 #include <string>
+#include <utility>
+
+#include "pipeline/pacing.hpp"
+#include "pipeline/working_size.hpp"
 
 namespace choreo::bench {
 namespace {
 
+// What a runner may own.
 class Borrowed final : public devices::Source {
  public:
   explicit Borrowed(Film& film) : film_(film) {}
@@ -38,6 +43,22 @@ devices::FramePtr Film::read(std::stop_token /*stop*/) {
   return frame;
 }
 
-std::unique_ptr<devices::Source> borrowed(Film& film) { return std::make_unique<Borrowed>(film); }
+vision::BodyMasker masker_for(const Film& film, cv::Size working) {
+  return {pipeline::at_working_size(film.room(), working), kFilmNoise, {}};
+}
+
+pipeline::RunReport run_film(Film& film, std::vector<std::unique_ptr<pipeline::Stage>>& stages, int threads, Pace pace,
+                             std::uint64_t frames, const Clock& clock) {
+  film.rewind(frames);
+  pipeline::RunnerOptions options;
+  options.threads = threads;
+  options.queue_capacity = 2;
+  std::unique_ptr<devices::Source> source = std::make_unique<Borrowed>(film);
+  if (pace == Pace::kCamera) {
+    options.at_reader = pipeline::Overflow::kDropOldest;
+    source = std::make_unique<pipeline::PacedSource>(std::move(source), clock, pipeline::sleep_until);
+  }
+  return pipeline::run(*source, {}, stages, options, clock, {});
+}
 
 }  // namespace choreo::bench

@@ -2,6 +2,7 @@
 // A synthetic performer filmed beforehand, so that a benchmark does not measure the making of its pictures.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string_view>
@@ -11,8 +12,15 @@
 
 #include "devices/source.hpp"
 #include "devices/synthetic/performer.hpp"
+#include "pipeline/runner.hpp"
+#include "vision/body_masker.hpp"
 
 namespace choreo::bench {
+
+constexpr double kFilmNoise = 3;
+/// Of the live history: ten minutes of 30 frames a second.
+constexpr auto kHistory = std::chrono::minutes(10);
+constexpr std::size_t kHistoryFrames = 18'000;
 
 /// Pictures in an endless loop, as far apart in their own time as they were filmed.
 class Film final : public devices::Source {
@@ -39,7 +47,13 @@ class Film final : public devices::Source {
   std::uint64_t end_ = 0;
 };
 
-/// The film as a source that may be owned; the film must outlive it.
-[[nodiscard]] std::unique_ptr<devices::Source> borrowed(Film& film);
+/// What knows the film's room, at the size that is worked at.
+[[nodiscard]] vision::BodyMasker masker_for(const Film& film, cv::Size working);
+
+enum class Pace { kMax, kCamera };  ///< A camera waits for nobody: the newest frame wins.
+
+/// Runs the film from its beginning for so many frames.
+pipeline::RunReport run_film(Film& film, std::vector<std::unique_ptr<pipeline::Stage>>& stages, int threads, Pace pace,
+                             std::uint64_t frames, const Clock& clock);
 
 }  // namespace choreo::bench

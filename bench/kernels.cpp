@@ -24,7 +24,7 @@ namespace {
 
 using States = std::vector<std::unique_ptr<const body::MaskState>>;
 
-const cv::Size kPicture(640, 480);
+const cv::Size kMaskSize(640, 480);
 constexpr std::size_t kCachedBytes = 16 * 1024;  // Half a first cache.
 
 std::size_t states_for(const Settings& settings) { return settings.smoke ? 40 : 512; }
@@ -40,7 +40,7 @@ volatile std::uint64_t result_sink = 0;
 std::vector<cv::Mat> random_bodies(unsigned seed, std::size_t count) {
   std::mt19937 random(seed);
   std::vector<cv::Mat> masks;
-  for (std::size_t k = 0; k < count; ++k) masks.push_back(random_body(random, kPicture));
+  for (std::size_t k = 0; k < count; ++k) masks.push_back(random_body(random, kMaskSize));
   return masks;
 }
 
@@ -73,7 +73,7 @@ States states_of(const std::vector<cv::Mat>& masks, bool corners) {
 // Plain OpenCV: what anyone would write, mirrored masks and scratch made beforehand.
 class Peer {
  public:
-  explicit Peer(const std::vector<cv::Mat>& masks) : masks_(masks), both_(kPicture, CV_8UC1) {
+  explicit Peer(const std::vector<cv::Mat>& masks) : masks_(masks), both_(kMaskSize, CV_8UC1) {
     for (const auto& mask : masks) {
       cv::Mat mirrored;
       cv::flip(mask, mirrored, 1);
@@ -152,7 +152,7 @@ void all_pairs(const Settings& settings, const similarity::AndCountKernel& kerne
                                                           },
                                                       });
   // The bytes of AND results that a pair takes: two bit strings of a picture.
-  const double pair_bytes = 2.0 * kPicture.area() / 8;
+  const double pair_bytes = 2.0 * kMaskSize.area() / 8;
   const double peer_pair = medians[0] / double(peer_pairs);
   const double whole_pair = medians[1] / whole.pairs();
   const double cropped_pair = medians[2] / cropped.pairs();
@@ -161,7 +161,7 @@ void all_pairs(const Settings& settings, const similarity::AndCountKernel& kerne
   report.notes.push_back(fmt::format(
       "{} random bodies at {} x {}, Z and Z* of a pair. Peer: cv::bitwise_and and cv::countNonZero on 8-bit masks, one "
       "thread.",
-      masks.size(), kPicture.width, kPicture.height));
+      masks.size(), kMaskSize.width, kMaskSize.height));
   report.lines.push_back({"all pairs, whole frame", microseconds(peer_pair), microseconds(whole_pair),
                           microseconds(limit_pair), times(peer_pair / whole_pair), percent(limit_pair / whole_pair)});
   report.lines.push_back({fmt::format("all pairs, cropped to {} x {}", cropped.canvas().width, cropped.canvas().height),
@@ -182,13 +182,13 @@ void live_row(const Settings& settings, const similarity::AndCountKernel& kernel
   const auto length = history_for(settings);
   const auto whole = states_of(masks, true);
   const auto cropped = states_of(masks, false);
-  similarity::MaskHistory whole_history(kPicture, length, kernel);
-  similarity::MaskHistory cropped_history(kPicture, length, kernel);
+  similarity::MaskHistory whole_history(kMaskSize, length, kernel);
+  similarity::MaskHistory cropped_history(kMaskSize, length, kernel);
   for (std::size_t k = 0; k < length; ++k) {
     whole_history.remember(whole[k % whole.size()].get());
     cropped_history.remember(cropped[k % cropped.size()].get());
   }
-  const std::size_t stream_bytes = length * std::size_t(kPicture.area()) / 8 / 1024 * 1024;
+  const std::size_t stream_bytes = length * std::size_t(kMaskSize.area()) / 8 / 1024 * 1024;
   const auto stream = random_bytes(stream_bytes);
   std::vector<float> z(length);
   std::vector<float> zstar(length);

@@ -28,8 +28,8 @@ namespace {
 
 namespace synthetic = devices::synthetic;
 
-constexpr double kFps = 10;
-constexpr double kNoise = 3;
+constexpr double kSignallerFps = 10;
+constexpr double kSignallerNoise = 3;
 constexpr double kRate = 12;                // letters a minute
 constexpr std::uint64_t kSeed = 50000;      // Tests and tuning used smaller ones.
 constexpr std::string_view kLeadIn = "  ";  // At 12 letters a minute five seconds of REST, in which skin is learned.
@@ -67,13 +67,13 @@ cv::Mat empty_room(const synthetic::Performer& performer) {
 Result read_clip(const Clip& clip) {
   const synthetic::Performer performer(clip.script, clip.settings);
   pipeline::PictureStage picture(clip.settings.size);
-  pipeline::MaskStage mask(vision::BodyMasker(empty_room(performer), kNoise, {}));
+  pipeline::MaskStage mask(vision::BodyMasker(empty_room(performer), kSignallerNoise, {}));
   pipeline::FaceStage face(pipeline::load_face_detector({}), {});
   pipeline::ParticleStage arms({});
   pipeline::SemaphoreStage semaphore({}, {});
   const std::array<pipeline::Stage*, 5> stages = {&picture, &mask, &face, &arms, &semaphore};
   Result result;
-  result.first_s = performer.first_frame() / kFps;
+  result.first_s = performer.first_frame() / kSignallerFps;
   for (int i = 0; i < performer.frame_count(); ++i) {
     auto film = performer.perform(i);
     auto frame = std::make_shared<devices::Frame>();
@@ -121,9 +121,9 @@ std::vector<Result> read_all(const std::vector<Clip>& clips) {
 
 synthetic::PerformerSettings settings_of(std::size_t i) {
   synthetic::PerformerSettings s;
-  s.fps = kFps;
+  s.fps = kSignallerFps;
   s.seed = kSeed + i;
-  s.noise = kNoise;
+  s.noise = kSignallerNoise;
   s.drift = i % 2 == 0 ? 8 : -8;
   s.empty = 1.5;
   s.room = "cluttered";
@@ -258,7 +258,7 @@ void semaphore(const Settings& settings, Report& report) {
   report.notes.push_back(fmt::format(
       "{} signallers, 640 x 480 at {} frames/s, {} letters a minute, cluttered wall, noise {}, light drifting "
       "by 8 levels a minute; skin learned from the face",
-      spelling, kFps, kRate, kNoise));
+      spelling, kSignallerFps, kRate, kSignallerNoise));
   for (std::size_t i = 0; i < clips.size(); ++i) {
     const auto& s = clips[i].settings;
     if (i < spelling) {

@@ -17,7 +17,6 @@
 #include "limits.hpp"
 #include "pipeline/core_limit.hpp"
 #include "pipeline/face_models.hpp"
-#include "pipeline/pacing.hpp"
 #include "pipeline/runner.hpp"
 #include "pipeline/stages/face_stage.hpp"
 #include "pipeline/stages/history_stage.hpp"
@@ -36,10 +35,7 @@ namespace choreo::bench {
 namespace {
 
 const cv::Size kPicture(640, 480);
-constexpr double kNoise = 3;
 constexpr double kMotionWindow_s = 0.15;
-constexpr auto kHistory = std::chrono::minutes(10);
-constexpr std::size_t kCapacity = 18'000;  // Ten minutes of 30 frames a second.
 
 volatile std::uint64_t sink = 0;
 
@@ -53,7 +49,7 @@ Film signaller(double fps, const Settings& settings) {
   devices::synthetic::PerformerSettings s;
   s.size = kPicture;
   s.fps = fps;
-  s.noise = kNoise;
+  s.noise = kFilmNoise;
   s.empty = 0;
   s.room = "cluttered";
   s.skin = "medium";
@@ -62,8 +58,6 @@ Film signaller(double fps, const Settings& settings) {
   s.letters_per_minute = 30;
   return {"semaphore", s, settings.smoke ? 45 : settings.quick ? 150 : 300};
 }
-
-vision::BodyMasker masker_for(const Film& film) { return {film.room(), kNoise, {}}; }
 
 std::unique_ptr<pipeline::FaceStage> face_stage(bool waits, std::atomic<int>* late) {
   pipeline::FaceStageOptions options;
@@ -76,7 +70,7 @@ std::unique_ptr<pipeline::FaceStage> face_stage(bool waits, std::atomic<int>* la
 std::vector<pipeline::ObservationPtr> seen_by(Film& film) {
   std::vector<std::unique_ptr<pipeline::Stage>> stages;
   stages.push_back(std::make_unique<pipeline::PictureStage>(kPicture));
-  stages.push_back(std::make_unique<pipeline::MaskStage>(masker_for(film)));
+  stages.push_back(std::make_unique<pipeline::MaskStage>(masker_for(film, kPicture)));
   stages.push_back(std::make_unique<pipeline::StateStage>(kMotionWindow_s));
   stages.push_back(face_stage(true, nullptr));
   stages.push_back(std::make_unique<pipeline::ParticleStage>(pipeline::ParticleStageOptions{}));
@@ -111,34 +105,25 @@ struct Run {
 };
 
 // The history is full from the start: no row goes by time, one by number with every frame.
-Run run_chain(Film& film, const std::vector<body::ParticleState>& past, int threads, bool as_camera,
+Run run_chain(Film& film, const std::vector<body::ParticleState>& past, int threads, Pace pace,
               std::uint64_t frames) {
   const pipeline::CoreLimit cores(threads);
   const pipeline::SteadyClock clock;
-  similarity::ParticleHistory history(kCapacity);
-  for (std::size_t i = 0; i < kCapacity; ++i) history.remember(&past[i % past.size()]);
+  similarity::ParticleHistory history(kHistoryFrames);
+  for (std::size_t i = 0; i < kHistoryFrames; ++i) history.remember(&past[i % past.size()]);
   std::atomic<int> late{0};
   pipeline::RowCost cost;
   std::vector<std::unique_ptr<pipeline::Stage>> stages;
   stages.push_back(std::make_unique<pipeline::PictureStage>(kPicture));
-  stages.push_back(std::make_unique<pipeline::MaskStage>(masker_for(film)));
+  stages.push_back(std::make_unique<pipeline::MaskStage>(masker_for(film, kPicture)));
   stages.push_back(std::make_unique<pipeline::StateStage>(kMotionWindow_s));
-  stages.push_back(face_stage(!as_camera, &late));
+  stages.push_back(face_stage(pace == Pace::kMax, &late));
   stages.push_back(std::make_unique<pipeline::ParticleStage>(pipeline::ParticleStageOptions{}));
   stages.push_back(std::make_unique<pipeline::SemaphoreStage>(recognition::SemaphoreOptions{}, body::ParticleBounds{}));
   stages.push_back(std::make_unique<pipeline::HistoryStage>(history, kHistory, clock, &cost));
-  film.rewind(frames);
-  pipeline::RunnerOptions options;
-  options.threads = threads;
-  options.queue_capacity = 2;
-  auto source = borrowed(film);
-  if (as_camera) {
-    options.at_reader = pipeline::Overflow::kDropOldest;
-    source = std::make_unique<pipeline::PacedSource>(std::move(source), clock, pipeline::sleep_until);
-  }
   Run result;
   const double begin = process_seconds();
-  result.report = pipeline::run(*source, {}, stages, options, clock, {});
+  result.report = run_film(film, stages, threads, pace, frames, clock);
   result.cpu_s = (process_seconds() - begin) / double(std::max<std::uint64_t>(1, result.report.frames));
   if (result.report.problem) std::rethrow_exception(result.report.problem);
   result.late = late;
@@ -179,13 +164,7 @@ pipeline::Latency arithmetic_at_pace(Film& film, Nanoseconds time, std::uint64_t
   const pipeline::SteadyClock clock;
   std::vector<std::unique_ptr<pipeline::Stage>> stages;
   stages.push_back(std::make_unique<ArithmeticStage>(time));
-  film.rewind(frames);
-  pipeline::RunnerOptions options;
-  options.threads = 1;
-  options.queue_capacity = 2;
-  options.at_reader = pipeline::Overflow::kDropOldest;
-  pipeline::PacedSource source(borrowed(film), clock, pipeline::sleep_until);
-  return pipeline::run(source, {}, stages, options, clock, {}).latency;
+  return run_film(film, stages, 1, Pace::kCamera, frames, clock).latency;
 }
 
 std::string ms(double seconds) { return fmt::format("{:.2f} ms", 1e3 * seconds); }
@@ -201,14 +180,14 @@ void whole(Film& film, const std::vector<body::ParticleState>& past, const Setti
     const auto name = fmt::format("{} thread{}", threads, threads == 1 ? "" : "s");
     const auto key = threads == 1 ? "_1_thread" : "";
     if (fps <= 30) {
-      const auto fast = run_chain(film, past, threads, false, frames);
+      const auto fast = run_chain(film, past, threads, Pace::kMax, frames);
       const double rate = double(fast.report.frames) / to_seconds(fast.report.wall);
       report.lines.push_back({name + ", frames/s", "", fmt::format("{:.0f}", rate), "", "", ""});
       report.lines.push_back({name + ", processor time a frame", "", ms(fast.cpu_s), "", "", ""});
       report.figures[fmt::format("signals_fps{}", key)] = rate;
       report.figures[fmt::format("signals_cpu_ms{}", key)] = 1e3 * fast.cpu_s;
     }
-    const auto run = run_chain(film, past, threads, true, settings.quick || settings.smoke ? frames / 2 : frames);
+    const auto run = run_chain(film, past, threads, Pace::kCamera, settings.quick || settings.smoke ? frames / 2 : frames);
     const auto& latency = run.report.latency;
     std::string floor;
     if (fps <= 30) floor = told(arithmetic_at_pace(film, latency.p50, settings.smoke ? 10 : frames / 3));
@@ -325,8 +304,8 @@ void Stages::measure() {
   }
   if (with_face == nullptr) throw failure("the signaller's face was never seen: there is nothing to measure");
 
-  auto masker = masker_for(film_);
-  const PeerMask mask(film_.room(), 4 * kNoise);
+  auto masker = masker_for(film_, kPicture);
+  const PeerMask mask(film_.room(), 4 * kFilmNoise);
   compare(
       "mask", "mask",
       {{"difference, threshold, closing, components", [&](const auto& o) { sink = sink + mask(o.picture).total(); }}},
@@ -400,11 +379,11 @@ void Stages::measure() {
         }}},
       [&](const auto& o) { sink = sink + (reader.add(now += 1.0 / 30, state_of(o)).held ? 1U : 0U); }, 0);
 
-  PeerRow rows(states, kCapacity);
-  similarity::ParticleHistory history(kCapacity);
-  for (std::size_t i = 0; i < kCapacity; ++i) history.remember(&states[i % states.size()]);
-  std::vector<float> z(kCapacity);
-  std::vector<float> zstar(kCapacity);
+  PeerRow rows(states, kHistoryFrames);
+  similarity::ParticleHistory history(kHistoryFrames);
+  for (std::size_t i = 0; i < kHistoryFrames; ++i) history.remember(&states[i % states.size()]);
+  std::vector<float> z(kHistoryFrames);
+  std::vector<float> zstar(kHistoryFrames);
   compare(
       "row of Z and Z*", "row",
       {{"gemm with 18,000 states", [&](const auto& o) { sink = sink + rows(*state_of(o)).total(); }}},
@@ -412,7 +391,7 @@ void Stages::measure() {
         const auto state = state_of(o);
         history.append(&*state, z, zstar);
       },
-      kCapacity * 64);
+      kHistoryFrames * 64);
 }
 
 }  // namespace
@@ -421,7 +400,7 @@ void signals(const Settings& settings, Report& report) {
   report.notes.push_back(fmt::format(
       "a signaller filmed beforehand, {} x {}, cluttered wall, noise {}; masks, faces, skin learned from the face and "
       "adapting, particles, letters, and Z and Z* against 10 min of states ({} rows, full)",
-      kPicture.width, kPicture.height, kNoise, kCapacity));
+      kPicture.width, kPicture.height, kFilmNoise, kHistoryFrames));
   report.notes.emplace_back(
       "frames/s: as fast as they go, every search waited for; latency: of a camera, the newest frame wins; late "
       "searches are void; its limit is a run of arithmetic alone that takes as long as our median");
