@@ -33,7 +33,7 @@ void expect_same(const std::map<std::string, std::string>& a, const std::map<std
 TEST(Determinism, EveryRunAndEveryNumberOfThreadsWritesTheSameBytes) {
   const TempFolder folder;
   std::map<std::string, std::string> first;
-  for (const auto* threads : {"1", "2", "2", "5", "0"}) {
+  for (const auto* threads : {"1", "2", "2", "5"}) {
     const auto out = folder / threads;
     analyze(kClip, out, {"--threads", threads, "--save", "masks", "--set", "plot.svg=true"});
     const auto bytes = bytes_of(out);

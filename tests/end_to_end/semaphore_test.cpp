@@ -24,7 +24,7 @@ using ::testing::Not;
 class Semaphore : public RefusalTest {
  protected:
   // Who says one letter, in a room that is empty for a second first.
-  static constexpr auto kSays = "synthetic://semaphore?text=RU&fps=10&seed=5&skin=light";
+  static constexpr auto kSays = "synthetic://semaphore?text=RU&fps=10&seed=5&skin=light&size=480x360";
 
   [[nodiscard]] std::string out() const { return folder_ / "out"; }
 
@@ -77,7 +77,7 @@ TEST_F(Semaphore, TheBundledClipIsSpelled) {
 
 TEST_F(Semaphore, ParticlesAreComparedWrittenAndTheSameLive) {
   analyze(kSays, out(),
-          {"--state", "particles", "--save", "particles", "--set", "working.rows=480", "--background", "first:1s",
+          {"--state", "particles", "--save", "particles", "--set", "working.rows=360", "--background", "first:1s",
            "--threads", "1"});
   const Results results(out());
   // A second of nobody, then somebody who stands with both arms in sight once the face is known.
