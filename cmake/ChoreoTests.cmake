@@ -35,29 +35,34 @@ add_custom_target(threaded_tests)
 add_custom_target(release_tests)
 add_custom_target(long_tests)
 
-# choreo_test_program(NAME [LIBS libs...] SOURCES ...)
-# Makes a GoogleTest program without a CTest entry.
+# choreo_test_program(NAME [OPTIMISED] [LIBS libs...] SOURCES ...)
+# Makes a GoogleTest program without a CTest entry. OPTIMISED: with sanitizers, too. For what computes much with Eigen: of its
+# templates the linker takes the test's copies, not the library's.
 function(choreo_test_program name)
-  cmake_parse_arguments(ARG "" "" "LIBS;SOURCES" ${ARGN})
+  cmake_parse_arguments(ARG "OPTIMISED" "" "LIBS;SOURCES" ${ARGN})
+  set(optimisation ${choreo_test_optimisation})
+  if(ARG_OPTIMISED)
+    set(optimisation -O1)
+  endif()
   add_executable(${name})
   choreo_sources(${name} ${ARG_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
   target_link_libraries(${name} PRIVATE ${ARG_LIBS} GTest::gmock GTest::gtest_main choreo_settings)
-  target_compile_options(${name} PRIVATE ${choreo_test_optimisation})
+  target_compile_options(${name} PRIVATE ${optimisation})
   if(CHOREO_SANITIZE STREQUAL "thread")
     target_sources(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support/one_worker.cpp)
     target_link_libraries(${name} PRIVATE TBB::tbb OpenCVParts::core)
   endif()
 endfunction()
 
-# choreo_test(NAME [ALONE] [EACH] [LONG] [LABELS labels...] [TIMEOUT seconds] [SHARDS n] [LIBRARIES_FROM folder] [LIBS libs...] SOURCES ...)
+# choreo_test(NAME [ALONE] [EACH] [LONG] [OPTIMISED] [LABELS labels...] [TIMEOUT seconds] [SHARDS n] [LIBRARIES_FROM folder] [LIBS libs...] SOURCES ...)
 # Makes a GoogleTest program and one CTest entry, or SHARDS of them that share its cases; a failure names its case. EACH:
 # an entry for every case, where a process can run but one.
 # ALONE: with nothing beside it, where it watches the real clock. LONG: in the long lane, too, where it does more (see
 # support/long_lane.hpp). Shared libraries that lie in LIBRARIES_FROM stand in for
 # those of the system. The label is unit unless said otherwise.
 function(choreo_test name)
-  cmake_parse_arguments(ARG "ALONE;EACH;LONG" "TIMEOUT;SHARDS;LIBRARIES_FROM" "LABELS;LIBS;SOURCES" ${ARGN})
+  cmake_parse_arguments(ARG "ALONE;EACH;LONG;OPTIMISED" "TIMEOUT;SHARDS;LIBRARIES_FROM" "LABELS;LIBS;SOURCES" ${ARGN})
   if(NOT ARG_LABELS)
     set(ARG_LABELS unit)
   endif()
@@ -67,7 +72,11 @@ function(choreo_test name)
   if(NOT ARG_SHARDS)
     set(ARG_SHARDS 1)
   endif()
-  choreo_test_program(${name} LIBS ${ARG_LIBS} SOURCES ${ARG_SOURCES})
+  set(optimised)
+  if(ARG_OPTIMISED)
+    set(optimised OPTIMISED)
+  endif()
+  choreo_test_program(${name} ${optimised} LIBS ${ARG_LIBS} SOURCES ${ARG_SOURCES})
   if(ARG_LABELS MATCHES "unit")
     add_dependencies(unit_tests ${name})
   endif()
