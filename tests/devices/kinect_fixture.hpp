@@ -3,7 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -22,28 +24,18 @@ inline cv::Mat kinect_colour(int k) {
 
 /// Words of 11 bits of every kind, among them 2047.
 inline std::vector<std::uint8_t> kinect_words(int k) {
-  std::vector<std::uint8_t> words;
-  const auto pixels = static_cast<std::uint32_t>(devices::kKinectSize.area());
-  words.reserve(2 * pixels);
-  for (std::uint32_t i = 0; i < pixels; ++i) {
-    const auto word = (i * 7 + static_cast<std::uint32_t>(k) * 131 + i / 640) % 2048;
-    words.push_back(static_cast<std::uint8_t>(word & 0xff));
-    words.push_back(static_cast<std::uint8_t>(word >> 8));
-  }
-  return words;
+  cv::Mat words(devices::kKinectSize, CV_16UC1);
+  cv::RNG random(static_cast<std::uint64_t>(2000 + k));
+  random.fill(words, cv::RNG::UNIFORM, 0, 2048);
+  return {words.data, words.data + words.total() * words.elemSize()};
 }
 
-/// A number that tells pictures apart (FNV-1a over the bytes); 0 of an empty one.
+/// A number that tells pictures apart, in whichever process; 0 of an empty one. Left to libraries, as the pictures are:
+/// with sanitizers a loop over the bytes takes longer than a frame.
 inline std::uint64_t fingerprint(const cv::Mat& picture) {
   if (picture.empty()) return 0;
-  std::uint64_t hash = 0xcbf29ce484222325U;
-  for (int y = 0; y < picture.rows; ++y) {
-    const auto* bytes = picture.ptr(y);
-    for (std::size_t k = 0; k < picture.elemSize() * static_cast<std::size_t>(picture.cols); ++k) {
-      hash = (hash ^ bytes[k]) * 0x100000001b3U;
-    }
-  }
-  return hash;
+  const cv::Mat whole = picture.isContinuous() ? picture : picture.clone();
+  return std::hash<std::string_view>()({whole.ptr<char>(), whole.total() * whole.elemSize()});
 }
 
 /// Frame k has its colour at `begin` + k periods and its depth `depth_late` after it.
