@@ -51,8 +51,8 @@ void fill(similarity::MaskHistory& history, const Film& film, cv::Size working) 
 }
 
 // The history is full from the start: no row goes by time, one by number with every frame.
-pipeline::RunReport run_chain(Film& film, similarity::MaskHistory& history, cv::Size working, int threads,
-                              Pace pace, std::uint64_t frames, pipeline::RowCost& cost) {
+pipeline::RunReport run_chain(Film& film, similarity::MaskHistory& history, cv::Size working, int threads, Pace pace,
+                              std::uint64_t frames, pipeline::RowCost& cost) {
   const pipeline::SteadyClock clock;
   std::vector<std::unique_ptr<pipeline::Stage>> stages;
   stages.push_back(std::make_unique<pipeline::PictureStage>(working));

@@ -105,8 +105,7 @@ struct Run {
 };
 
 // The history is full from the start: no row goes by time, one by number with every frame.
-Run run_chain(Film& film, const std::vector<body::ParticleState>& past, int threads, Pace pace,
-              std::uint64_t frames) {
+Run run_chain(Film& film, const std::vector<body::ParticleState>& past, int threads, Pace pace, std::uint64_t frames) {
   const pipeline::CoreLimit cores(threads);
   const pipeline::SteadyClock clock;
   similarity::ParticleHistory history(kHistoryFrames);
@@ -187,7 +186,8 @@ void whole(Film& film, const std::vector<body::ParticleState>& past, const Setti
       report.figures[fmt::format("signals_fps{}", key)] = rate;
       report.figures[fmt::format("signals_cpu_ms{}", key)] = 1e3 * fast.cpu_s;
     }
-    const auto run = run_chain(film, past, threads, Pace::kCamera, settings.quick || settings.smoke ? frames / 2 : frames);
+    const auto run =
+        run_chain(film, past, threads, Pace::kCamera, settings.quick || settings.smoke ? frames / 2 : frames);
     const auto& latency = run.report.latency;
     std::string floor;
     if (fps <= 30) floor = told(arithmetic_at_pace(film, latency.p50, settings.smoke ? 10 : frames / 3));

@@ -6,9 +6,13 @@
 #   threaded         with ThreadSanitizer as well (preset tsan): what has threads of its own
 #   kernel           in the release build as well: what is optimised otherwise there
 #   end_to_end       in the release build alone: runs of the program that users run
-#   long             script/test --long: the same cases once more over all seeds, for what measures rather than tests
+#   architecture     there alone, too: what includes what
+#   measure          there alone, but not with --quick: how good the results are on performers and recordings
+#   long             script/test --long: the same cases once more over all seeds
+#   v4l2             in the machine with the kernel's camera, with the sanitizers of asan
 #
-# and the targets unit_tests, threaded_tests, release_tests and long_tests build the programs of these.
+# and the targets unit_tests, threaded_tests, quick_tests, release_tests (with these of quick_tests) and long_tests build the
+# programs of these.
 
 include(GoogleTest)
 
@@ -32,7 +36,9 @@ endif()
 
 add_custom_target(unit_tests)
 add_custom_target(threaded_tests)
+add_custom_target(quick_tests)
 add_custom_target(release_tests)
+add_dependencies(release_tests quick_tests)
 add_custom_target(long_tests)
 
 # choreo_test_program(NAME [OPTIMISED] [LIBS libs...] SOURCES ...)
@@ -66,6 +72,14 @@ function(choreo_test name)
   if(NOT ARG_LABELS)
     set(ARG_LABELS unit)
   endif()
+  foreach(label IN LISTS ARG_LABELS)
+    if(NOT label MATCHES "^(unit|threaded|kernel|end_to_end|architecture|measure)$")
+      message(FATAL_ERROR "${name} has the label ${label}, which runs nowhere: see cmake/ChoreoTests.cmake")
+    endif()
+  endforeach()
+  if(CMAKE_CURRENT_SOURCE_DIR MATCHES "end_to_end$" AND ARG_LABELS MATCHES "unit")
+    message(FATAL_ERROR "${name} is no unit test: give it LABELS end_to_end or measure")
+  endif()
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 600)  # A guard against hanging, on a loaded machine, too.
   endif()
@@ -84,12 +98,12 @@ function(choreo_test name)
     add_dependencies(threaded_tests ${name})
   endif()
   if(ARG_LABELS MATCHES "kernel|end_to_end|architecture")
+    add_dependencies(quick_tests ${name})
+  elseif(ARG_LABELS MATCHES "measure")
     add_dependencies(release_tests ${name})
   endif()
   if(ARG_LONG)
     add_dependencies(long_tests ${name})
-    add_test(NAME ${name}.long COMMAND ${name})
-    set_tests_properties(${name}.long PROPERTIES LABELS long TIMEOUT 3600 ENVIRONMENT CHOREO_LONG=1)
   endif()
   set(replaced)
   if(ARG_LIBRARIES_FROM)
@@ -111,7 +125,12 @@ function(choreo_test name)
     # Of what went well one line is enough.
     add_test(NAME ${test} COMMAND ${name} --gtest_brief=1)
     set_tests_properties(${test} PROPERTIES ${properties})
-    set_property(TEST ${test} PROPERTY ENVIRONMENT_MODIFICATION
-      "GTEST_TOTAL_SHARDS=set:${ARG_SHARDS}" "GTEST_SHARD_INDEX=set:${shard}" ${replaced})
+    set(modification "GTEST_TOTAL_SHARDS=set:${ARG_SHARDS}" "GTEST_SHARD_INDEX=set:${shard}" ${replaced})
+    set_property(TEST ${test} PROPERTY ENVIRONMENT_MODIFICATION "${modification}")
+    if(ARG_LONG)
+      add_test(NAME ${test}.long COMMAND ${name})
+      set_tests_properties(${test}.long PROPERTIES LABELS long TIMEOUT 3600)
+      set_property(TEST ${test}.long PROPERTY ENVIRONMENT_MODIFICATION "${modification}" CHOREO_LONG=set:1)
+    endif()
   endforeach()
 endfunction()

@@ -3,6 +3,7 @@
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
 die() { echo "$(basename "$0"): error: $*" >&2; exit 1; }
+misused() { echo "$(basename "$0"): error: $*; see script/$(basename "$0") --help" >&2; exit 2; }
 
 # step WHAT: one line on standard error for what begins; tell_steps: how long each took.
 steps=()
@@ -54,7 +55,7 @@ build() {
   local preset=$1 log=$root/build/$1.log
   shift
   mkdir -p "$root/build"
-  if ! (cd "$root" && cmake --preset "$preset" ${CHOREO_CMAKE_ARGS:-}) >"$log" 2>&1; then
+  if ! (cd "$root" && cmake --preset "$preset") >"$log" 2>&1; then
     cat "$log" >&2
     die "configuring failed; see $log"
   fi

@@ -29,7 +29,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr auto kExamples = R"(
+constexpr auto kTonesExamples = R"(
 Examples:
   choreoscope tones train samples.csv --name skin --out skin.toml
   choreoscope tones train --picture p.png --mask m.png --name flag --out my.toml
@@ -322,7 +322,7 @@ int test(const TestOptions& options) {
 void declare_tones(CLI::App& app, Command& chosen) {
   auto* command = app.add_subcommand("tones", "train colour tones (skin, gloves, flags), show them, test them");
   command->require_subcommand(1);
-  command->footer(kExamples);
+  command->footer(kTonesExamples);
 
   auto training = std::make_shared<TrainOptions>();
   auto* train_command = command->add_subcommand("train", "make a tones file from labelled pixels");

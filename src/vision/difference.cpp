@@ -157,6 +157,21 @@ cv::Mat without_small_parts(const cv::Mat& mask, int share) {
   return drawn(parts, mask.size(), [&](std::size_t part) { return area[part] * share >= largest; });
 }
 
+cv::Mat closed_by_disc(const cv::Mat& mask, double radius) {
+  assert(radius >= 2);
+  cv::Mat out = cv::Mat::zeros(mask.size(), CV_8UC1);
+  // A step to the side counts 0.955. Beyond what is grown there must be something that is not.
+  const auto box = around(mask, 2 + static_cast<int>(radius / 0.955));
+  if (box.empty()) return out;
+  cv::Mat distance;
+  cv::distanceTransform(~mask(box), distance, cv::DIST_L2, 3);
+  const cv::Mat grown = distance <= radius;
+  cv::distanceTransform(grown, distance, cv::DIST_L2, 3);
+  cv::Mat part = out(box);
+  cv::compare(distance, radius - 2.0, part, cv::CMP_GT);
+  return out;
+}
+
 cv::Mat without_small_holes(const cv::Mat& mask, int max_area) {
   cv::Mat labels;
   cv::Mat statistics;

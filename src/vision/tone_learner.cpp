@@ -16,7 +16,7 @@ constexpr std::size_t kLeastPixels = 6;  // Of one face: fewer are no face's ton
 constexpr double kLeastGathered = 60;
 constexpr double kMostUnseen_s = 0.5;
 constexpr double kUnlike_s = 2.0;
-constexpr double kMostStep_s = 0.2;  // What one look can add to a time of looks, after a gap.
+constexpr double kMostLookStep_s = 0.2;  // What one look can add to a time of looks, after a gap.
 
 // How much wider the arms' tone is than the face's, chosen on synthetic performers of all skins and on a real
 // recording.
@@ -80,7 +80,7 @@ void gather(const cv::Mat& picture, const cv::Mat& body, const cv::Rect& area, s
 
 // From one look to the next.
 double step_since(const std::optional<double>& last_s, double time_s) {
-  return last_s ? std::clamp(time_s - *last_s, 0.0, kMostStep_s) : 0.0;
+  return last_s ? std::clamp(time_s - *last_s, 0.0, kMostLookStep_s) : 0.0;
 }
 
 cv::Vec3d mean_of(const std::vector<ToneColour>& colours) {

@@ -48,21 +48,6 @@ cv::Mat moving_part(const ColourModes& modes) {
   return without_small_parts(moving, 5);
 }
 
-// `mask` grown by a disc of that radius, at least 2, and shrunk again, and a little more.
-cv::Mat closed(const cv::Mat& mask, double radius) {
-  cv::Mat out = cv::Mat::zeros(mask.size(), CV_8UC1);
-  // A step to the side counts 0.955. Beyond what is grown there must be something that is not.
-  const auto box = around(mask, 2 + static_cast<int>(radius / 0.955));
-  if (box.empty()) return out;
-  cv::Mat distance;
-  cv::distanceTransform(~mask(box), distance, cv::DIST_L2, 3);
-  const cv::Mat grown = distance <= radius;
-  cv::distanceTransform(grown, distance, cv::DIST_L2, 3);
-  cv::Mat part = out(box);
-  cv::compare(distance, radius - 2.0, part, cv::CMP_GT);
-  return out;
-}
-
 // Fills `where` smoothly from what is around: the mean of what is known in ever wider windows.
 void fill_smoothly(cv::Mat& picture, const cv::Mat& where) {
   cv::Mat colours, weights;
@@ -338,7 +323,7 @@ void WallInference::Impl::look_around() {
   // Half the width of a trunk.
   const double reach = std::max(2.0, 0.4 * std::sqrt(area_ + std::min(area_, double(cv::countNonZero(rest_)))));
   for (std::size_t k = 0; k < parts_.size(); ++k) {
-    const auto filled = closed(parts_[k], reach);
+    const auto filled = closed_by_disc(parts_[k], reach);
     for (int p = 0; p < pixels; ++p) {
       const auto m = modes_.of[k].data[p];
       if (filled.data[p] == 0 || zone_.data[p] == 0 || m == ColourModes::kNone) continue;

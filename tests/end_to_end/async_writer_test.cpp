@@ -111,13 +111,14 @@ TEST_F(AsyncWriting, AStopEndsTheWaitForAReader) {
 }
 
 TEST_F(AsyncWriting, WhereNobodyCanReadNothingWaits) {
-  std::signal(SIGPIPE, SIG_IGN);
+  const auto before = std::signal(SIGPIPE, SIG_IGN);
   AsyncWriter writer(ends_[1]);
   ::close(ends_[0]);
   ends_[0] = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
   writer.put("unread\n");
   writer.drain({});
   EXPECT_FALSE(writer.is_behind());
+  std::signal(SIGPIPE, before);
 }
 
 }  // namespace

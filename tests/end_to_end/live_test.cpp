@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Live runs of the built program: the same values as the batch, every drop
-// counted, memory that stays, endings.
+// Live runs of the built program: the same values as the batch, every drop counted, memory that stays, endings.
 #include <csignal>
+#include <regex>
 #include <thread>
 
 #include <gmock/gmock.h>
 
 #include "end_to_end/refusal_fixture.hpp"
+#include "support/eventually.hpp"
 #include "support/places.hpp"
 #include "support/shared_data.hpp"
 
@@ -20,8 +21,7 @@ using ::testing::SizeIs;
 class Live : public RefusalTest {
  protected:
   static constexpr auto kClip = "synthetic://walking?size=160x120&fps=15&duration=6&seed=4&tail=1";
-  // Where the room is empty long enough for the median of the first two
-  // seconds.
+  // Where the room is empty long enough for the median of the first two seconds.
   static constexpr auto kEmptyFirst = "synthetic://jumping-jacks?size=160x120&fps=30&duration=20&empty=3";
 
   [[nodiscard]] std::string out() const { return folder_ / "live"; }
@@ -32,6 +32,36 @@ class Live : public RefusalTest {
     arguments.insert(arguments.end(), more.begin(), more.end());
     auto run = choreoscope(arguments, options);
     EXPECT_EQ(run.status, status) << run.told();
+    return run;
+  }
+
+  // Asks for the latencies until standard error has what is waited for, then interrupts.
+  Outcome live_until(const std::string& told, const std::string& source, const std::vector<std::string>& more) {
+    const auto err = folder_ / "err";
+    const auto has = [&err](const std::string& what) {
+      const auto bytes = std::filesystem::exists(err) ? read_bytes(err) : Bytes();
+      return std::regex_search(std::string(bytes.begin(), bytes.end()), std::regex(what));
+    };
+    RunOptions options;
+    options.started = [&](int process) {
+      const auto over = [process] { return ends_within(process, std::chrono::seconds(0)); };
+      const auto ready = [&] { return has("learning the background"); };  // For signals.
+      EXPECT_TRUE(eventually([&] { return ready() || over(); }) && !over());
+      EXPECT_TRUE(eventually([&] {
+                    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+                    if (!over()) ::kill(process, SIGUSR1);
+                    return has(told) || over();
+                  }) &&
+                  !over());
+      if (!over()) ::kill(process, SIGINT);
+    };
+    std::vector<std::string> arguments{
+        "-c", R"(err=$1; shift; exec "$@" 2>"$err")", "sh", err, program(), "live", source, "--headless"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    auto run = run_program("/bin/sh", arguments, options);
+    const auto bytes = read_bytes(err);
+    run.err.assign(bytes.begin(), bytes.end());
+    EXPECT_EQ(run.status, 130) << run.told();
     return run;
   }
 
@@ -142,12 +172,7 @@ TEST_F(Live, WithoutOutNothingIsWritten) {
 }
 
 TEST_F(Live, CtrlCWritesWhatIsInTheHistory) {
-  RunOptions options;
-  options.started = [](int process) {
-    std::this_thread::sleep_for(std::chrono::seconds(4));
-    ::kill(process, SIGINT);
-  };
-  const auto run = live(kEmptyFirst, {"--pace", "live", "--out", out()}, 130, options);
+  const auto run = live_until("[1-9][0-9]* frames, ", kEmptyFirst, {"--pace", "live", "--out", out()});
   EXPECT_THAT(run.err_lines("choreoscope: warning: interrupted"), SizeIs(1));
   const Results r(out());
   EXPECT_GT(r.n, 0u);
@@ -156,15 +181,8 @@ TEST_F(Live, CtrlCWritesWhatIsInTheHistory) {
 }
 
 TEST_F(Live, ASignalAsksForTheLatencies) {
-  RunOptions options;
-  options.started = [](int process) {
-    for (int k = 0; k < 8; ++k) {
-      std::this_thread::sleep_for(std::chrono::seconds(1));
-      ::kill(process, k == 7 ? SIGINT : SIGUSR1);
-    }
-  };
   const auto run =
-      live("synthetic://jumping-jacks?size=160x120&fps=30&duration=60&empty=1", {"--history", "1s"}, 130, options);
+      live_until("row, full", "synthetic://jumping-jacks?size=160x120&fps=30&duration=60&empty=1", {"--history", "1s"});
   EXPECT_THAT(run.err_lines("end to end"), SizeIs(testing::Ge(2))) << "for the signals, and at the end";
   EXPECT_THAT(run.err_lines("compare "), SizeIs(testing::Ge(2))) << "and so are the stages";
   EXPECT_THAT(run.err, HasSubstr("row, full"));

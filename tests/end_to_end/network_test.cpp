@@ -73,21 +73,14 @@ TEST_F(NetworkLive, CtrlCEndsItWhileTheCameraIsFrozen) {
     if (there && std::exchange(first, false)) frozen.set_value();
     caller.wait_for_the_end();
   });
-  int process = 0;
-  std::promise<void> started;
   RunOptions options;
-  options.started = [&](int id) {
-    process = id;
-    started.set_value();
-  };
-  auto run = std::async(std::launch::async, [&] { return live(server.address(), {}, options); });
-  started.get_future().wait();
+  options.pokes = {{" is lost: ", SIGINT}};
+  auto run = std::async(std::launch::async, [&] { return live(server.address() + "/?silence=3", {}, options); });
   ASSERT_EQ(frozen.get_future().wait_for(60s), std::future_status::ready);
-  std::this_thread::sleep_for(1200ms);  // By now it is lost.
   const auto begin = std::chrono::steady_clock::now();
-  ::kill(process, SIGINT);
   const auto outcome = run.get();
-  EXPECT_LT(std::chrono::steady_clock::now() - begin, 5s);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 8s) << "lost after three seconds, and no wait after that";
+  EXPECT_EQ(outcome.poked, 1U) << outcome.told();
   EXPECT_EQ(outcome.status, 130) << outcome.told();
   EXPECT_GT(Results(folder_ / "live").n, 20U) << "what was seen is kept";
 }

@@ -345,8 +345,8 @@ TEST_F(Record, ARunThatIsRefusedLeavesNoTake) {
   ASSERT_EQ(choreoscope({"synth", "walking?size=160x120&duration=2", "-o", clip}).status, 0);
   const auto pipe = folder_ / "pipe";
   const auto run =
-      run_program("/bin/sh", {"-c", "mkfifo " + pipe + "; cat " + clip + " > " + pipe +
-                                        " 2>/dev/null & exec " + program() + " live " + pipe + " --headless --set segmentation=depth --record " + take()});
+      run_program("/bin/sh", {"-c", "mkfifo " + pipe + "; cat " + clip + " > " + pipe + " & exec " + program() +
+                                        " live " + pipe + " --headless --set segmentation=depth --record " + take()});
   EXPECT_THAT(complaint_of(run, 2), HasSubstr("has no depth"));
   EXPECT_FALSE(std::filesystem::exists(take()));
   EXPECT_FALSE(std::filesystem::exists(unfinished()));

@@ -119,17 +119,5 @@ TEST_P(NeverLeaves, OutlinesByHandAreMetThoughTheWallBehindWasNeverSeen) {
 
 INSTANTIATE_TEST_SUITE_P(Pose2Sim, NeverLeaves, ::testing::Values("pose2sim_cam01.json", "pose2sim_cam02.json"));
 
-class BundledRecording : public ::testing::TestWithParam<const char*> {};
-
-TEST_P(BundledRecording, IsAnalysedWithoutAWarning) {
-  const TempFolder folder;
-  const auto run = analyze(project_file("recordings/") + GetParam(), folder / "out", {"--every", "2"});
-  EXPECT_TRUE(run.err_lines("choreoscope: warning: ").empty()) << run.told();
-}
-
-INSTANTIATE_TEST_SUITE_P(All, BundledRecording,
-                         ::testing::Values("side-kicks.mp4", "walking.mp4", "jumping-jacks.mp4", "anti-palindrome.mp4",
-                                           "semaphore-dance.mp4"));
-
 }  // namespace
 }  // namespace choreo::test

@@ -80,6 +80,8 @@ std::vector<char*> pointers(std::vector<std::string>& texts) {
     const rlimit limit{*options.file_size_limit, *options.file_size_limit};
     if (::setrlimit(RLIMIT_FSIZE, &limit) != 0) ::_exit(127);
   }
+  // What a test ignores its child would ignore, too.
+  std::signal(SIGPIPE, SIG_DFL);
   if (!options.folder.empty() && ::chdir(options.folder.c_str()) != 0) ::_exit(127);
   ::execve(path, arguments, environment);
   ::_exit(127);

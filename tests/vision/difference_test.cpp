@@ -134,6 +134,40 @@ TEST(WithoutSpecks, TakesComponentsBelowTheAreaAndKeepsThoseAtIt) {
   EXPECT_EQ(cv::countNonZero(without_specks(mask, 5, false)), 0);
 }
 
+TEST(ClosedByDisc, DoneAroundTheMaskAloneIsDoneEverywhere) {
+  const auto everywhere = [](const cv::Mat& mask, double radius) {
+    cv::Mat distance;
+    cv::distanceTransform(~mask, distance, cv::DIST_L2, 3);
+    const cv::Mat grown = distance <= radius;
+    cv::distanceTransform(grown, distance, cv::DIST_L2, 3);
+    return cv::Mat(distance > radius - 2.0);
+  };
+  const cv::Size size(61, 47);
+  const std::vector<cv::Rect> bodies = {{20, 15, 12, 20}, {0, 10, 9, 14}, {52, 10, 9, 14}, {24, 0, 10, 9},
+                                        {24, 38, 10, 9},  {0, 0, 7, 7},   {54, 40, 7, 7},  {0, 0, 61, 47},
+                                        {30, 0, 1, 47},   {0, 22, 61, 1}, {1, 1, 59, 45},  {17, 17, 1, 1}};
+  std::mt19937 random(4);
+  for (const double radius : {2.0, 2.5, 3 * 0.955, 5 * 0.955 - 1e-6, 7.3, 11.0, 40.0, 200.0}) {
+    for (const auto& body : bodies) {
+      cv::Mat mask = cv::Mat::zeros(size, CV_8UC1);
+      mask(body) = 255;
+      EXPECT_TRUE(same_bytes(closed_by_disc(mask, radius), everywhere(mask, radius))) << body << " " << radius;
+    }
+    for (const double share : {0.0, 0.001, 0.01, 0.2}) {
+      const auto mask = random_mask(random, size, share);
+      EXPECT_TRUE(same_bytes(closed_by_disc(mask, radius), everywhere(mask, radius))) << share << " " << radius;
+    }
+  }
+}
+
+TEST(ClosedByDisc, ClosesGapsAndStandsOutByTwoPixels) {
+  const auto mask = mask_of({"...........", "...........", "...#...#...", "...........", "..........."});
+  const auto closed = closed_by_disc(mask, 2.0);
+  EXPECT_EQ(closed.at<uchar>(2, 5), 255) << "the gap of three between them";
+  EXPECT_EQ(closed.at<uchar>(2, 1), 255) << "two to the side";
+  EXPECT_EQ(closed.at<uchar>(2, 0), 0);
+}
+
 TEST(WithoutSmallParts, GoByTheLargestOne) {
   const auto mask = mask_of({"####..", "......", "..#..#", ".....#"});
   EXPECT_TRUE(same_bytes(without_small_parts(mask, 4), mask)) << "a quarter is not less than a quarter";
