@@ -128,7 +128,7 @@ class BundledRecording : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(BundledRecording, IsAnalysedWithoutAWarning) {
   const TempFolder folder;
-  const auto run = analyze(project_file("recordings/") + GetParam(), folder / "out", {"--every", "2"});
+  const auto run = analyze(project_file("recordings/") + GetParam(), folder / "out", {"--every", "4"});
   EXPECT_TRUE(run.err_lines("choreoscope: warning: ").empty()) << run.told();
 }
 

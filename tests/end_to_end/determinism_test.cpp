@@ -9,7 +9,7 @@ namespace choreo::test {
 namespace {
 
 // Exposure that drifts, a room that is empty first: everything that adapts has something to adapt to.
-constexpr auto kClip = "synthetic://walking?size=320x240&fps=15&duration=3&seed=6&drift=20&flicker=3";
+constexpr auto kClip = "synthetic://walking?size=320x240&fps=15&duration=2&seed=6&drift=20&flicker=3";
 
 // Every file of a run; the summary without its timings.
 std::map<std::string, std::string> bytes_of(const std::string& folder) {
