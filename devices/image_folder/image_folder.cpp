@@ -9,13 +9,12 @@
 #include <system_error>
 
 #include <fmt/format.h>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
+#include <opencv2/core.hpp>
 
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "devices/image_folder/numbered_names.hpp"
-#include "devices/image_folder/picture_check.hpp"
+#include "devices/media/still_picture.hpp"
 
 namespace choreo::devices {
 namespace {
@@ -35,33 +34,6 @@ std::vector<std::string> picture_names(const std::string& folder) {
     throw usage_error(fmt::format("folder \"{}\" cannot be read: {}", folder, problem.message()), {}, kWhatIsAFolder);
   }
   return names;
-}
-
-// A picture of any depth as 8-bit BGR; empty where it is damaged or of a depth that is no picture.
-cv::Mat decoded(const std::vector<std::uint8_t>& bytes) {
-  if (!is_whole_picture(bytes)) return {};
-  try {
-    cv::Mat any = cv::imdecode(bytes, cv::IMREAD_COLOR | cv::IMREAD_ANYDEPTH);
-    if (any.empty() || any.channels() != 3) return {};
-    cv::Mat eight;
-    switch (any.depth()) {
-      case CV_8U:
-        return any;
-      case CV_16U:
-        any.convertTo(eight, CV_8U, 1.0 / 257.0);
-        break;  // 65535 becomes 255.
-      case CV_32F:
-      case CV_64F:
-        any.convertTo(eight, CV_8U, 255.0);
-        break;  // By convention from 0 to 1.
-      default:
-        return {};
-    }
-    return eight;
-  } catch (const cv::Exception&) {
-    // A picture that cannot be decoded is left out and counted, whatever the reason.
-    return {};
-  }
 }
 
 struct OrderedNames {
@@ -174,7 +146,7 @@ class ImageFolder final : public Source {
       const auto& name = names_[next_++];
       std::ifstream file(std::filesystem::path(folder_) / name, std::ios::binary);
       const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-      waiting_ = decoded(bytes);
+      waiting_ = decode_picture(bytes);
       if (waiting_.empty() && unreadable_++ == 0) first_unreadable_ = name;
     }
   }

@@ -124,8 +124,8 @@ void PictureMaker::prepare(const AVFrame& frame) {
   if (context_ && key == key_) return;
 
   // The same bytes on every machine: no processor-dependent shortcuts, chroma interpolated and not repeated.
-  constexpr int kFlags = SWS_BILINEAR | SWS_ACCURATE_RND | SWS_BITEXACT | SWS_FULL_CHR_H_INT;
-  context_.reset(sws_getContext(key.width, key.height, format, key.width, key.height, AV_PIX_FMT_BGR24, kFlags, nullptr,
+  const int flags = filter_ | SWS_ACCURATE_RND | SWS_BITEXACT | SWS_FULL_CHR_H_INT;
+  context_.reset(sws_getContext(key.width, key.height, format, key.width, key.height, AV_PIX_FMT_BGR24, flags, nullptr,
                                 nullptr, nullptr));
   if (!context_) {
     throw failure(fmt::format("pixel format \"{}\" at {}x{} cannot be converted to colours", description->name,

@@ -31,7 +31,9 @@ struct Hanging {
 /// the range limited, except full for grey that no broadcast codec made.
 class PictureMaker {
  public:
-  explicit PictureMaker(AVCodecID codec) : codec_(codec) {}
+  /// @param filter  a SWS_ constant, how colours are enlarged between the rows that have them: SWS_BILINEAR takes them
+  ///   from half a row beside, as quick as can be; SWS_BICUBIC does it as decoders of photographs do.
+  explicit PictureMaker(AVCodecID codec, int filter = SWS_BILINEAR) : codec_(codec), filter_(filter) {}
 
   /// @return CV_8UC3, of its own memory.
   /// @throws Error (failure) where FFmpeg cannot convert the pixel format.
@@ -47,6 +49,7 @@ class PictureMaker {
   };
 
   AVCodecID codec_;
+  int filter_;
   Key key_;
   bool limited_grey_ = false;
   Libav<SwsContext> context_;

@@ -9,10 +9,9 @@
 
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "core/error.hpp"
-#include "devices/image_folder/picture_check.hpp"
+#include "devices/media/still_picture.hpp"
 
 namespace choreo::cli {
 
@@ -30,11 +29,9 @@ cv::Mat read_picture(const std::string& path, const std::string& what, const std
     std::ifstream file;
     if (regular) file.open(path, std::ios::binary);
     const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-    if (devices::is_whole_picture(bytes)) picture = cv::imdecode(bytes, cv::IMREAD_COLOR);
+    picture = devices::decode_picture(bytes);
   } catch (const std::ios_base::failure&) {
     // A disk that does not answer: the picture stays empty.
-  } catch (const cv::Exception&) {
-    // The same.
   }
   if (picture.empty()) {
     throw usage_error(fmt::format("the {} \"{}\" is no picture that can be read", what, path), {}, hint);

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "cli/memory.hpp"
@@ -21,6 +20,7 @@
 #include "outputs/letters_json.hpp"
 #include "outputs/output_set.hpp"
 #include "outputs/picture_sheet.hpp"
+#include "outputs/png.hpp"
 #include "vision/colourless.hpp"
 
 namespace choreo::cli {
@@ -192,9 +192,8 @@ int analyze_pictures(devices::Source& source, vision::FaceDetector& faces, const
   console.finish_progress();
   if (!readings) throw Interrupted{};
   outputs::write_file(files.add(kLetters), json_of(names, *readings));
-  std::vector<std::uint8_t> png;
-  cv::imencode(".png", outputs::picture_sheet(tiles_of(names, pictures, *readings)), png);
-  outputs::write_file(files.add(kSheet), {reinterpret_cast<const char*>(png.data()), png.size()});
+  const auto sheet = outputs::picture_sheet(tiles_of(names, pictures, *readings));
+  outputs::write_file(files.add(kSheet), outputs::png_of(sheet));
   supersede_others(files, std::vector<std::string>{kLetters, kSheet});
   files.commit();
   for (const auto& warning : source.warnings()) console.warn(warning);

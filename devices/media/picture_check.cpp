@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "devices/image_folder/picture_check.hpp"
+#include "devices/media/picture_check.hpp"
 
 #include <algorithm>
 #include <array>
