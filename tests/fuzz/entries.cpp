@@ -22,6 +22,7 @@
 #include "devices/take/take_format.hpp"
 #include "pipeline/background.hpp"
 #include "pipeline/frame_selection.hpp"
+#include "vision/network/tflite_reader.hpp"
 
 namespace choreo::fuzz {
 namespace {
@@ -115,6 +116,27 @@ void source_uri(std::string_view text) {
     request.settings.validate();
     promise(request.settings.size.width >= 16 && request.settings.size.width <= 3840, "a width that can be drawn");
     promise(!request.script.empty(), "a script that is known");
+  });
+}
+
+void tflite(std::string_view bytes) {
+  accepted([&] {
+    const auto graph = vision::read_tflite({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+    std::vector<bool> known;
+    for (const auto& tensor : graph.tensors) {
+      known.push_back(!tensor.constant.empty());
+      promise(tensor.constant.empty() || tensor.constant.size() == tensor.count(), "weights fill their shape");
+    }
+    known.at(std::size_t(graph.input)) = true;
+    for (const auto& node : graph.nodes) {
+      for (const int k : node.inputs) promise(known.at(std::size_t(k)), "what is read was computed before");
+      promise(!known.at(std::size_t(node.output)), "nothing is computed twice");
+      known.at(std::size_t(node.output)) = true;
+    }
+    promise(!graph.outputs.empty(), "something comes out");
+    for (const auto& output : graph.outputs) {
+      for (const int k : output.parts) promise(known.at(std::size_t(k)), "what comes out was computed");
+    }
   });
 }
 

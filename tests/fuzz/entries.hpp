@@ -29,6 +29,8 @@ void take(std::string_view text);
 /// As what OpenNI2's helper says: what is accepted is written again as the same bytes.
 void openni2_message(std::string_view bytes);
 
+/// As a TensorFlow Lite file: what is accepted can be computed in its order.
+void tflite(std::string_view bytes);
 /// As a tones file: what is accepted is printed and reads back the same.
 void tones(std::string_view text);
 /// As a CSV of labelled colours; a first line that begins with "!" says what the columns are.
@@ -49,6 +51,7 @@ struct Entry {
           {"source_uri", source_uri},
           {"take", take},
           {"texts", texts},
+          {"tflite", tflite},
           {"tones", tones}};
 }
 
