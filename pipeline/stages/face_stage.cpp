@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/stages/face_stage.hpp"
 
-#include <pthread.h>
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <utility>
-#include <vector>
 
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
@@ -19,8 +14,6 @@
 
 namespace choreo::pipeline {
 namespace {
-
-constexpr int kNice = 10;  // Of the thread that searches.
 
 // The part `where` of the picture of `size` rows and columns that the frame gives, grey.
 cv::Mat grey_part(const cv::Mat& bgr, cv::Size size, const cv::Rect& where) {
@@ -53,16 +46,6 @@ cv::Rect body_box(const cv::Mat& mask, cv::Size size) {
 
 }  // namespace
 
-// What is not const belongs to `mutex_`.
-struct FaceStage::Job {
-  devices::FramePtr frame;
-  cv::Size size;  // Of the detection picture.
-  std::uint64_t due = 0;
-  vision::FaceSighting sighting;  // Without its faces until it is done.
-  bool done = false, is_void = false;
-  std::exception_ptr problem = nullptr;
-};
-
 void FaceStageOptions::validate() const {
   search.validate();
   track.validate();
@@ -73,102 +56,46 @@ void FaceStageOptions::validate() const {
 }
 
 FaceStage::FaceStage(std::unique_ptr<vision::FaceDetector> detector, FaceStageOptions options)
-    : options_(std::move(options)), detector_(std::move(detector)), search_(options_.search), tracker_(options_.track) {
+    : options_(std::move(options)),
+      detector_(std::move(detector)),
+      search_(options_.search),
+      tracker_(options_.track),
+      beside_("face-search", options_.delay_frames, options_.waits) {
   assert(detector_);
   options_.validate();
-  thread_ = std::thread([this] { work(); });
 }
 
-FaceStage::~FaceStage() { stop(); }
-
-void FaceStage::stop() {
-  {
-    const std::scoped_lock lock(mutex_);
-    stopping_ = true;
-  }
-  changed_.notify_all();
-  if (thread_.joinable()) thread_.join();
-}
-
-void FaceStage::work() {
-  pthread_setname_np(pthread_self(), "face-search");
-  // Frames come first; where that cannot be had, it is as it was.
-  (void)setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice);
-  for (;;) {
-    std::shared_ptr<Job> job;
-    {
-      std::unique_lock lock(mutex_);
-      changed_.wait(lock, [&] { return stopping_ || !waiting_.empty(); });
-      if (stopping_) return;
-      job = std::move(waiting_.front());
-      waiting_.pop_front();
-    }
-    std::vector<vision::Face> faces;
-    std::exception_ptr problem;
-    try {
-      const auto& query = job->sighting.query;
-      const auto grey = grey_part(job->frame->bgr, job->size, query.where);
-      faces = detector_->detect(grey, {{0, 0}, grey.size()}, query.least_px, query.most_px, query.look);
-      for (auto& face : faces) face.box += cv::Point2d(query.where.tl());
-    } catch (const cv::Exception& error) {
-      problem = std::make_exception_ptr(failure(fmt::format("searching for faces failed: {}", error.err)));
-    } catch (...) {
-      problem = std::current_exception();
-    }
-    {
-      const std::scoped_lock lock(mutex_);
-      job->sighting.faces = std::move(faces);
-      job->problem = problem;
-      job->done = true;
-      if (job->is_void && problem) problem_ = problem;
-    }
-    changed_.notify_all();
-  }
-}
-
-// What takes effect at this frame.
-std::unique_ptr<vision::FaceSighting> FaceStage::due(const Observation& observation) {
-  if (pending_.empty() || pending_.front()->due != frames_) return nullptr;
-  const auto job = std::move(pending_.front());
-  pending_.pop_front();
-  std::unique_lock lock(mutex_);
-  const bool again = observation.frame->late_face;
-  if (options_.waits && !again) changed_.wait(lock, [&] { return job->done; });
-  if (!job->done || again) {
-    job->is_void = true;
-    std::erase(waiting_, job);  // Where it was not begun: its frame is memory.
-    ++late_;
-    lock.unlock();
-    if (options_.on_late) options_.on_late(observation.frame->sequence);
-    return nullptr;
-  }
-  if (job->problem) std::rethrow_exception(job->problem);
-  return std::make_unique<vision::FaceSighting>(std::move(job->sighting));
+// What takes effect at this frame; null: nothing.
+std::shared_ptr<const vision::FaceSighting> FaceStage::due(const Observation& observation) {
+  const auto due = beside_.begin_frame(observation.frame->late_face);
+  if (due == SearchBeside::Due::kNothing) return nullptr;
+  auto sighting = std::move(sightings_.front());
+  sightings_.pop_front();
+  if (due == SearchBeside::Due::kDone) return sighting;
+  if (options_.on_late) options_.on_late(observation.frame->sequence);
+  return nullptr;
 }
 
 void FaceStage::ask(const Observation& observation, cv::Size size, const vision::FaceQuery& query) {
-  auto job = std::make_shared<Job>();
-  job->frame = observation.frame;
-  job->size = size;
-  job->due = frames_ + static_cast<std::uint64_t>(options_.delay_frames);
-  job->sighting.query = query;
-  job->sighting.time_s = to_seconds(observation.time);
+  auto sighting = std::make_shared<vision::FaceSighting>();
+  sighting->query = query;
+  sighting->time_s = to_seconds(observation.time);
   // While the wall is learned anew there is a mask without a meaning.
-  if (!observation.mask.learning) job->sighting.body = observation.mask.mask;
-  ++asked_;
-  pending_.push_back(job);
-  {
-    const std::scoped_lock lock(mutex_);
-    waiting_.push_back(std::move(job));
-  }
-  changed_.notify_all();
+  if (!observation.mask.learning) sighting->body = observation.mask.mask;
+  sightings_.push_back(sighting);
+  beside_.ask([this, sighting, size, frame = observation.frame] {
+    const auto& q = sighting->query;
+    try {
+      const auto grey = grey_part(frame->bgr, size, q.where);
+      sighting->faces = detector_->detect(grey, {{0, 0}, grey.size()}, q.least_px, q.most_px, q.look);
+    } catch (const cv::Exception& error) {
+      throw failure(fmt::format("searching for faces failed: {}", error.err));
+    }
+    for (auto& face : sighting->faces) face.box += cv::Point2d(q.where.tl());
+  });
 }
 
 void FaceStage::process(Observation& observation) {
-  {
-    const std::scoped_lock lock(mutex_);
-    if (problem_) std::rethrow_exception(problem_);
-  }
   const auto& bgr = observation.frame->bgr;
   const auto sighting = due(observation);
   if (!bgr.empty()) {
@@ -188,7 +115,6 @@ void FaceStage::process(Observation& observation) {
       ask(observation, size, *query);
     }
   }
-  ++frames_;
 }
 
 }  // namespace choreo::pipeline

@@ -2,15 +2,13 @@
 // Finds the performer's face beside the frames' own way.
 #pragma once
 
-#include <condition_variable>
 #include <cstdint>
 #include <deque>
-#include <exception>
 #include <functional>
 #include <memory>
-#include <mutex>
-#include <thread>
+#include <string>
 
+#include "pipeline/search_beside.hpp"
 #include "pipeline/stage.hpp"
 #include "vision/face_detector.hpp"
 #include "vision/face_search.hpp"
@@ -42,39 +40,23 @@ struct FaceStageOptions {
 class FaceStage final : public Stage {
  public:
   FaceStage(std::unique_ptr<vision::FaceDetector> detector, FaceStageOptions options);
-  /// Stops, where nobody has.
-  ~FaceStage() override;
 
   [[nodiscard]] std::string name() const override { return "face"; }
   void process(Observation& observation) override;
 
-  /// Ends the thread, after the search that it is at. No frame may come afterwards.
-  void stop();
-
-  [[nodiscard]] std::uint64_t asked() const { return asked_; }  ///< Searches so far.
-  [[nodiscard]] std::uint64_t late() const { return late_; }    ///< Of these, void.
+  [[nodiscard]] std::uint64_t asked() const { return beside_.asked(); }  ///< Searches so far.
+  [[nodiscard]] std::uint64_t late() const { return beside_.late(); }    ///< Of these, void.
 
  private:
-  struct Job;
-
-  void work();
-  [[nodiscard]] std::unique_ptr<vision::FaceSighting> due(const Observation& observation);
+  [[nodiscard]] std::shared_ptr<const vision::FaceSighting> due(const Observation& observation);
   void ask(const Observation& observation, cv::Size size, const vision::FaceQuery& query);
 
   FaceStageOptions options_;
-  std::unique_ptr<vision::FaceDetector> detector_;  // The worker's.
+  std::unique_ptr<vision::FaceDetector> detector_;  // The searches'.
   vision::FaceSearch search_;
   vision::FaceTracker tracker_;
-  std::uint64_t frames_ = 0;
-  std::uint64_t asked_ = 0, late_ = 0;
-  std::deque<std::shared_ptr<Job>> pending_;  // Asked for, and not due yet.
-
-  std::mutex mutex_;  // Of what follows, and of the jobs.
-  std::condition_variable changed_;
-  std::deque<std::shared_ptr<Job>> waiting_;
-  std::exception_ptr problem_;  // Of a search that was void.
-  bool stopping_ = false;
-  std::thread thread_;
+  std::deque<std::shared_ptr<vision::FaceSighting>> sightings_;  // Asked for, and not due yet.
+  SearchBeside beside_;                                          // Last: its thread uses what is above.
 };
 
 }  // namespace choreo::pipeline

@@ -269,11 +269,12 @@ TEST(FaceStage, ASearchTakesOneCoreWhateverOtherThreadsDoInOpenCv) {
     return std::vector<Face>{};
   };
   up.wait();
-  FaceStage stage(std::make_unique<FakeDetector>(search), at_once());
-  auto observation = observation_of(moving_spot(1).front());
-  stage.process(observation);
-  other.join();  // The search has begun.
-  stage.stop();
+  {
+    FaceStage stage(std::make_unique<FakeDetector>(search), at_once());
+    auto observation = observation_of(moving_spot(1).front());
+    stage.process(observation);
+    other.join();  // The search has begun.
+  }
   EXPECT_EQ(searching.size(), 1u);
 }
 
@@ -293,12 +294,10 @@ TEST(FaceStage, EmptyPicturesHaveNoFaceAndTinyOnesNoneBesideThem) {
   EXPECT_GT(faces, 0) << "the detector finds one wherever it is asked to look";
 }
 
-TEST(FaceStage, StoppingEndsTheThreadWhateverIsStillAskedFor) {
+TEST(FaceStage, ItsEndEndsTheThreadWhateverIsStillAskedFor) {
   FaceStage stage(std::make_unique<FakeDetector>(brightest), at_once(60));
   (void)all_known(stage, moving_spot(30));
   EXPECT_GT(stage.asked(), 5U);
-  stage.stop();
-  stage.stop();
 }
 
 TEST(FaceStage, SettingsOutOfRangeAreRefused) {

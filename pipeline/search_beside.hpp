@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// Searches that are done beside the frames' own way and take effect a fixed number of frames later.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+namespace choreo::pipeline {
+
+/// One search after another, in a thread of its own and behind everything else.
+///
+/// A search that is asked for at one frame takes effect exactly `delay_frames` frames later, or never. So results
+/// depend on the frames and on which searches were late, and on nothing else.
+/// @thread thread-bound; one thread asks, and counts the frames.
+class SearchBeside {
+ public:
+  /// @param thread  its name, at most 15 characters.
+  /// @param waits  for a search that is not done when it is due; else it is void.
+  SearchBeside(std::string thread, int delay_frames, bool waits);
+  /// After the search that is going on.
+  ~SearchBeside();
+  SearchBeside(const SearchBeside&) = delete;
+  SearchBeside& operator=(const SearchBeside&) = delete;
+
+  enum class Due { kNothing, kDone, kLate };
+
+  /// The next frame begins. @return what becomes of the search that is due at it, the eldest that was asked for:
+  /// nothing is due, it is done, or it is void.
+  /// @param is_void  whatever is due, though it may be done.
+  /// @throws what a search threw that is due or was void.
+  [[nodiscard]] Due begin_frame(bool is_void);
+
+  /// Asks for a search at the frame that began last; at most one a frame. What it writes to may be read where it is
+  /// done. Where it is void it may still be running: what it writes to must be its own.
+  void ask(std::function<void()> search);
+
+  [[nodiscard]] std::uint64_t asked() const { return asked_; }  ///< Searches so far.
+  [[nodiscard]] std::uint64_t late() const { return late_; }    ///< Of these, void.
+
+ private:
+  struct Job;
+
+  void work(const std::string& name);
+
+  int delay_frames_;
+  bool waits_;
+  std::uint64_t frames_ = 0;
+  std::uint64_t asked_ = 0, late_ = 0;
+  std::deque<std::shared_ptr<Job>> pending_;  // Asked for, and not due yet.
+
+  std::mutex mutex_;  // Of what follows, and of the jobs.
+  std::condition_variable changed_;
+  std::deque<std::shared_ptr<Job>> waiting_;
+  std::exception_ptr problem_;  // Of a search that was void.
+  bool stopping_ = false;
+  std::thread thread_;
+};
+
+}  // namespace choreo::pipeline
