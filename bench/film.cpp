@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "pipeline/pacing.hpp"
+#include "pipeline/steady_clock.hpp"
 #include "pipeline/working_size.hpp"
 
 namespace choreo::bench {

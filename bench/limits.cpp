@@ -64,6 +64,34 @@ std::uint64_t Read(const std::uint8_t* stream, std::size_t bytes) {
   return hn::GetLane(hn::SumOfLanes(d64, all));
 }
 
+// Twelve sums hide the latency of an operation. @return a number that depends on all of it.
+float MultiplyAdd(std::size_t rounds) {
+  const hn::ScalableTag<float> d;
+  const auto factor = hn::Set(d, 0.999F);
+  const auto term = hn::Set(d, 1e-3F);
+  auto a0 = term, a1 = term, a2 = term, a3 = term, a4 = term, a5 = term;
+  auto b0 = term, b1 = term, b2 = term, b3 = term, b4 = term, b5 = term;
+  for (std::size_t k = 0; k < rounds; ++k) {
+    a0 = hn::MulAdd(a0, factor, term);
+    a1 = hn::MulAdd(a1, factor, term);
+    a2 = hn::MulAdd(a2, factor, term);
+    a3 = hn::MulAdd(a3, factor, term);
+    a4 = hn::MulAdd(a4, factor, term);
+    a5 = hn::MulAdd(a5, factor, term);
+    b0 = hn::MulAdd(b0, factor, term);
+    b1 = hn::MulAdd(b1, factor, term);
+    b2 = hn::MulAdd(b2, factor, term);
+    b3 = hn::MulAdd(b3, factor, term);
+    b4 = hn::MulAdd(b4, factor, term);
+    b5 = hn::MulAdd(b5, factor, term);
+  }
+  const auto a = hn::Add(hn::Add(hn::Add(a0, a1), hn::Add(a2, a3)), hn::Add(a4, a5));
+  const auto b = hn::Add(hn::Add(hn::Add(b0, b1), hn::Add(b2, b3)), hn::Add(b4, b5));
+  return hn::GetLane(hn::SumOfLanes(d, hn::Add(a, b)));
+}
+
+std::size_t FloatsARound() { return 12 * hn::Lanes(hn::ScalableTag<float>()); }
+
 const char* NameOfTarget() { return hwy::TargetName(HWY_TARGET); }
 
 }  // namespace choreo::bench::HWY_NAMESPACE
@@ -71,7 +99,9 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 
+#include <algorithm>
 #include <bit>
+#include <chrono>
 #include <cstring>
 
 namespace choreo::bench {
@@ -79,6 +109,8 @@ namespace {
 
 HWY_EXPORT(AndCount);
 HWY_EXPORT(Read);
+HWY_EXPORT(MultiplyAdd);
+HWY_EXPORT(FloatsARound);
 HWY_EXPORT(NameOfTarget);
 
 template <typename Take>
@@ -105,6 +137,19 @@ std::uint64_t read_plain(const std::uint8_t* stream, std::size_t bytes) {
 }
 
 }  // namespace
+
+double multiply_add_rate() {
+  constexpr std::size_t kRounds = 2'000'000;
+  volatile float kept = 0;
+  double best = 0;
+  for (int turn = 0; turn < 5; ++turn) {
+    const auto begin = std::chrono::steady_clock::now();
+    kept = kept + HWY_DYNAMIC_DISPATCH(MultiplyAdd)(kRounds);
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+    best = std::max(best, 2.0 * double(kRounds * HWY_DYNAMIC_DISPATCH(FloatsARound)()) / took.count());
+  }
+  return best;
+}
 
 Limits limits_of(const std::string& kernel) {
   for (const auto target : hwy::SupportedAndGeneratedTargets()) {

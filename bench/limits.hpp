@@ -16,6 +16,10 @@ struct Limits {
   std::uint64_t (*read)(const std::uint8_t* stream, std::size_t bytes);
 };
 
+/// Multiplications and additions of 32-bit floats a second that one core does in registers, in the best instruction
+/// set.
+[[nodiscard]] double multiply_add_rate();
+
 /// @param kernel  the name of an AndCountKernel; "scalar" gets the loops of plain C++.
 [[nodiscard]] Limits limits_of(const std::string& kernel);
 

@@ -31,6 +31,7 @@ constexpr std::array kBenchmarks = {
           &signals},
     Entry{"semaphore", "letters and words of synthetic signallers, from pictures to text: how many are right",
           &semaphore},
+    Entry{"people", "a look of the person network, on one thread and on two", &people},
 };
 
 void print(const Report& report) {

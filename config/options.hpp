@@ -27,6 +27,14 @@ struct PlotSettings {
   std::vector<double> thumbnails_at_s;  ///< At these times instead, s.
 };
 
+/// How people are looked for.
+struct PersonSettings {
+  std::string models;            ///< Folder of the network's files; empty: the usual one.
+  std::string network = "full";  ///< full, lite.
+  double looks_per_s = 10;
+  int delay_frames = 4;  ///< Of live runs.
+};
+
 /// The whole configuration.
 struct Options {
   std::string segmentation = "colour";  ///< colour, depth, both.
@@ -38,6 +46,7 @@ struct Options {
   vision::HaarOptions haar;
   std::string cascades;    ///< Folder of OpenCV's; empty: the system's.
   std::string face_model;  ///< Path of a YuNet model; empty: the cascades.
+  PersonSettings person;
   vision::ToneOptions tones;
   vision::ArmOptions arms;  ///< Their least probability is `tones.threshold`.
   body::ParticleBounds bounds;

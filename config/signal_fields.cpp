@@ -54,6 +54,21 @@ Field names(std::string key, std::vector<std::string>& (*at)(Options&), std::str
           }};
 }
 
+void add_person(std::vector<Field>& fields) {
+  fields.push_back(text(
+      "person.models", [](Options& o) -> std::string& { return o.person.models; }, anything,
+      "the path of a folder; empty: ~/.cache/choreoscope/models", "Where the files of the person network are."));
+  fields.push_back(text(
+      "person.network", [](Options& o) -> std::string& { return o.person.network; }, one_of({"full", "lite"}),
+      "\"full\" or \"lite\"", "The sure network or the quick one."));
+  fields.push_back(number(
+      "person.looks_per_s", [](Options& o) -> double& { return o.person.looks_per_s; }, {0.1, 1000},
+      "from 0.1 to 1000 looks a second", "How often the network looks; no frame is looked at twice."));
+  fields.push_back(integer(
+      "person.delay_frames", [](Options& o) -> int& { return o.person.delay_frames; }, 1, 60, "from 1 to 60 frames",
+      "Live, so long after the frame that is looked at its person takes effect; the look has this time."));
+}
+
 void add_face(std::vector<Field>& fields) {
   fields.push_back(choice<vision::FaceChoice>(
       "face.choose", [](Options& o) -> vision::FaceChoice& { return o.face.track.choose; }, "tracked",
@@ -205,6 +220,7 @@ void add_semaphore(std::vector<Field>& fields) {
 
 std::vector<Field> signal_fields() {
   std::vector<Field> fields;
+  add_person(fields);
   add_face(fields);
   add_tones(fields);
   add_arms(fields);

@@ -44,6 +44,7 @@ struct Frame {
   bool overtaken = false;
   /// Likewise: a detection of faces that was due at this frame was not ready in that run, and had no effect.
   bool late_face = false;
+  bool late_person = false;  ///< Likewise a look for people.
   std::string name;  ///< Of the file that holds this picture alone; empty of videos and devices.
 };
 

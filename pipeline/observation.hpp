@@ -18,6 +18,7 @@
 #include "vision/arms.hpp"
 #include "vision/body_masker.hpp"
 #include "vision/face.hpp"
+#include "vision/person/person.hpp"
 
 namespace choreo::pipeline {
 
@@ -27,6 +28,12 @@ struct Signal {
   std::optional<recognition::HeldSign> held;  ///< The sign that is being held, up to now.
   std::vector<recognition::HeldSign> ended;   ///< Those that ended at this frame, in the order of their ends.
   std::string text;                           ///< The latest part of it, with what is held.
+};
+
+/// A person as a look at a frame showed them.
+struct PersonSighting {
+  vision::PersonLook look;  ///< In pixels of `Observation::picture`.
+  Nanoseconds time{0};      ///< Of the frame that was looked at.
 };
 
 /// One frame and everything said of it so far. A stage fills its fields and never touches another's.
@@ -48,6 +55,10 @@ struct Observation {
   // From FaceStage, of the picture that was searched a few frames before.
   std::optional<vision::TrackedFace> face;  ///< The performer's, in pixels of `picture`.
   int faces = 0;  ///< In sight, the performer's among them; not those that are known to hang on the wall.
+
+  // From PersonStage.
+  std::shared_ptr<const PersonSighting> person;  ///< The last one so far; null where the last look saw nobody.
+  std::optional<Nanoseconds> looked;             ///< The time of the frame whose look took effect at this one.
 
   // From StateStage; absent without a body.
   std::unique_ptr<const body::MaskState> state;

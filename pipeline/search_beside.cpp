@@ -17,13 +17,16 @@ constexpr int kNice = 10;  // Of the thread that searches.
 // What is not const belongs to `mutex_`.
 struct SearchBeside::Job {
   const std::function<void()> search;
-  const std::uint64_t due;
+  std::uint64_t due;  // Of the thread that asks.
   bool done = false, is_void = false;
   std::exception_ptr problem = nullptr;
 };
 
-SearchBeside::SearchBeside(std::string thread, int delay_frames, bool waits)
-    : delay_frames_(delay_frames), waits_(waits), thread_([this, name = std::move(thread)] { work(name); }) {}
+SearchBeside::SearchBeside(std::string thread, int delay_frames, bool waits, WhenLate when_late)
+    : delay_frames_(delay_frames),
+      waits_(waits),
+      when_late_(when_late),
+      thread_([this, name = std::move(thread)] { work(name); }) {}
 
 SearchBeside::~SearchBeside() {
   {
@@ -63,20 +66,25 @@ void SearchBeside::work(const std::string& name) {
   }
 }
 
-SearchBeside::Due SearchBeside::begin_frame(bool is_void) {
+SearchBeside::Due SearchBeside::begin_frame(bool was_late) {
   const auto now = frames_++;
   std::unique_lock lock(mutex_);
   if (problem_) std::rethrow_exception(problem_);
   if (pending_.empty() || pending_.front()->due != now) return Due::kNothing;
-  const auto job = std::move(pending_.front());
-  pending_.pop_front();
-  if (waits_ && !is_void) changed_.wait(lock, [&] { return job->done; });
-  if (!job->done || is_void) {
-    job->is_void = true;
-    std::erase(waiting_, job);  // Where it was not begun: what it holds is memory.
+  const auto job = pending_.front();
+  if (waits_ && !was_late) changed_.wait(lock, [&] { return job->done; });
+  if (!job->done || was_late) {
     ++late_;
+    if (when_late_ == WhenLate::kVoid) {
+      pending_.pop_front();
+      job->is_void = true;
+      std::erase(waiting_, job);  // Where it was not begun: what it holds is memory.
+    } else {
+      ++job->due;
+    }
     return Due::kLate;
   }
+  pending_.pop_front();
   if (job->problem) std::rethrow_exception(job->problem);
   return Due::kDone;
 }

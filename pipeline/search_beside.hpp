@@ -22,8 +22,15 @@ namespace choreo::pipeline {
 class SearchBeside {
  public:
   /// @param thread  its name, at most 15 characters.
-  /// @param waits  for a search that is not done when it is due; else it is void.
-  SearchBeside(std::string thread, int delay_frames, bool waits);
+  /// What becomes of a search that is not done when it is due.
+  enum class WhenLate {
+    kVoid,   ///< It has no effect.
+    kDefer,  ///< It is due again at the next frame.
+  };
+
+  /// @param thread  its name, at most 15 characters.
+  /// @param waits  frames wait for a search that is due; else it is late.
+  SearchBeside(std::string thread, int delay_frames, bool waits, WhenLate when_late);
   /// After the search that is going on.
   ~SearchBeside();
   SearchBeside(const SearchBeside&) = delete;
@@ -38,11 +45,11 @@ class SearchBeside {
   [[nodiscard]] Due begin_frame(bool is_void);
 
   /// Asks for a search at the frame that began last; at most one a frame. What it writes to may be read where it is
-  /// done. Where it is void it may still be running: what it writes to must be its own.
+  /// done. Where it is late it may still be running: what it writes to must be its own.
   void ask(std::function<void()> search);
 
   [[nodiscard]] std::uint64_t asked() const { return asked_; }  ///< Searches so far.
-  [[nodiscard]] std::uint64_t late() const { return late_; }    ///< Of these, void.
+  [[nodiscard]] std::uint64_t late() const { return late_; }    ///< Frames at which one was late.
 
  private:
   struct Job;
@@ -51,6 +58,7 @@ class SearchBeside {
 
   int delay_frames_;
   bool waits_;
+  WhenLate when_late_;
   std::uint64_t frames_ = 0;
   std::uint64_t asked_ = 0, late_ = 0;
   std::deque<std::shared_ptr<Job>> pending_;  // Asked for, and not due yet.

@@ -49,6 +49,30 @@ install_packages() {
   die "these packages could not be installed: ${missing[*]}; all that apt-get said is in $log"
 }
 
+# bring_models: the person network, by npm, into the cache where the program looks for it. Without npm or the network
+# the program works and says what it lacks, so nothing here is a failure.
+bring_models() {
+  local folder=${XDG_CACHE_HOME:-$HOME/.cache}/choreoscope/models
+  local package=@mediapipe/pose@0.5.1675469404 log=$root/build/models.log
+  check_models() { (cd "$1" 2>/dev/null && sha256sum --check --status "$root/script/models.sha256"); }
+  check_models "$folder" && return
+  mkdir -p "$root/build"
+  step "bringing the person network ($package, Apache-2.0) into $folder"
+  local load
+  load=$(mktemp -d)
+  if { command -v npm || (install_packages models); } >"$log" 2>&1 &&
+    (cd "$load" && npm pack --silent --fetch-retries=0 "$package" && tar -xzf ./*.tgz) >>"$log" 2>&1 &&
+    mv "$load/package/pose_solution_packed_assets.data" "$load/package/pose_detection.tflite" &&
+    check_models "$load/package"; then
+    mkdir -p "$folder"
+    while read -r _ file; do install -m 644 "$load/package/$file" "$folder/"; done <"$root/script/models.sha256"
+  else
+    tail -n 2 "$log" >&2
+    echo "$(basename "$0"): the person network could not be had: joints are not looked for; all that was said is in $log" >&2
+  fi
+  rm -rf "$load"
+}
+
 # build PRESET [TARGET...]: configures and builds; quiet while all goes well. Configures every time: packages that were
 # installed since, such as those of the tests, are found only then.
 build() {

@@ -103,6 +103,7 @@ class TakeSource final : public Source {
       frame->device_time = stored->stamp.time;
       frame->overtaken = only_processed_ && file_.fate() != take::Fate::kProcessed;
       frame->late_face = only_processed_ && file_.late_face();
+      frame->late_person = only_processed_ && file_.late_person();
       if (!add_colour(*frame, stored->packets[0].get()) || !add_depth(*frame, stored->packets[1].get())) {
         ++undecodable_;
         continue;

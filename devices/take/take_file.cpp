@@ -173,6 +173,7 @@ void TakeFile::add_marks(const AVPacket& packet) {
                                static_cast<std::size_t>(std::max(packet.size, 0)));
   for (const auto& mark : marks_of(lines)) {
     if (mark.kind == kLateFaceMark) late_faces_.insert(mark.sequence);
+    if (mark.kind == kLatePersonMark) late_people_.insert(mark.sequence);
     if (mark.kind != kProcessedMark || (last_marked_ && mark.sequence <= *last_marked_)) continue;
     processed_.insert(mark.sequence);
     last_marked_ = mark.sequence;
@@ -197,8 +198,13 @@ std::optional<StoredFrame> TakeFile::next(const std::stop_token& stop, bool want
       frames_.pop_front();
       for (const auto& packet : frame.packets) waiting_bytes_ -= packet ? static_cast<std::size_t>(packet->size) : 0;
       fate_ = fate_of(frame.stamp.sequence);
-      late_face_ = late_faces_.contains(frame.stamp.sequence);
-      late_faces_.erase(late_faces_.begin(), late_faces_.upper_bound(frame.stamp.sequence));
+      const auto was_late = [sequence = frame.stamp.sequence](std::set<std::uint64_t>& late) {
+        const bool is = late.contains(sequence);
+        late.erase(late.begin(), late.upper_bound(sequence));
+        return is;
+      };
+      late_face_ = was_late(late_faces_);
+      late_person_ = was_late(late_people_);
       processed_.erase(processed_.begin(), processed_.upper_bound(frame.stamp.sequence));
       if (frame.is_whole()) return frame;
       // One picture whose other was damaged is no further damage.

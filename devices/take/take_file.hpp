@@ -59,8 +59,9 @@ class TakeFile {
   [[nodiscard]] std::optional<StoredFrame> next(const std::stop_token& stop, bool want_fate);
   /// Of the frame that `next` gave last.
   [[nodiscard]] Fate fate() const { return fate_; }
-  /// Likewise, where its fate was wanted: the run marked it as one with a late detection of faces.
+  /// Likewise, where its fate was wanted: the run marked it as one at which a search for faces, for people was late.
   [[nodiscard]] bool late_face() const { return late_face_; }
+  [[nodiscard]] bool late_person() const { return late_person_; }
 
   [[nodiscard]] std::uint64_t damaged() const { return damaged_; }
   /// Of the last picture that was read, since the first, to 1 ms.
@@ -96,10 +97,10 @@ class TakeFile {
   std::size_t waiting_bytes_ = 0;   // Of frames_.
   std::optional<Stamp> last_;
   std::set<std::uint64_t> processed_;  // Marked, and not given yet.
-  std::set<std::uint64_t> late_faces_;
+  std::set<std::uint64_t> late_faces_, late_people_;
   std::optional<std::uint64_t> last_marked_;
   Fate fate_ = Fate::kUnknown;
-  bool late_face_ = false;
+  bool late_face_ = false, late_person_ = false;
   std::uint64_t damaged_ = 0;
   std::uint64_t lost_parts_ = 0;  // Of these, blocks whose frame is unknown.
   Nanoseconds last_time_{0};

@@ -57,8 +57,9 @@ struct Mark {
   [[nodiscard]] bool operator==(const Mark&) const = default;
 };
 inline constexpr const char* kProcessedMark = "processed";
-inline constexpr const char* kLateFaceMark =
-    "late-face";  ///< Frame::late_face; comes before the frame's kProcessedMark.
+// Frame::late_face and Frame::late_person; they come before the frame's kProcessedMark.
+inline constexpr const char* kLateFaceMark = "late-face";
+inline constexpr const char* kLatePersonMark = "late-person";
 [[nodiscard]] std::string line_of(const Mark& mark);
 [[nodiscard]] std::vector<Mark> marks_of(std::string_view lines);  ///< Lines that are none are left out.
 

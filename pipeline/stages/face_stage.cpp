@@ -60,7 +60,7 @@ FaceStage::FaceStage(std::unique_ptr<vision::FaceDetector> detector, FaceStageOp
       detector_(std::move(detector)),
       search_(options_.search),
       tracker_(options_.track),
-      beside_("face-search", options_.delay_frames, options_.waits) {
+      beside_("face-search", options_.delay_frames, options_.waits, SearchBeside::WhenLate::kVoid) {
   assert(detector_);
   options_.validate();
 }

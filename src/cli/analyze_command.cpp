@@ -13,6 +13,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/kept_states.hpp"
+#include "cli/people.hpp"
 #include "cli/picture_set_results.hpp"
 #include "cli/preparation.hpp"
 #include "cli/recording.hpp"
@@ -48,6 +49,8 @@ What it writes into DIR:
   masks.npy      with --save masks: uint8 0/1, N x H x W
   particles.csv  with --save particles: one row a frame: face, arms and the
                  particle state, in face widths
+  joints.csv     with --save joints: one row a frame: 33 points of the person,
+                 in pixels and in metres, by the person network
   letters.json   with --recognise semaphore: letters with times, and the text
   summary.json   source, sizes, settings, warnings, timings
 A set of pictures (a folder whose names are no numbered sequence, or with
@@ -100,6 +103,7 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   const auto& settings = config.options();
   const bool save_masks = options.saves("masks");
   const bool save_particles = options.saves("particles");
+  const bool save_joints = options.saves("joints");
   Preparation prepared(options.source, settings, session, clock, false, options.signals.reads());
   auto& summary = prepared.summary;
   const auto& stop = prepared.stop;
@@ -112,6 +116,7 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   std::vector<std::string> more;
   if (save_masks) more.emplace_back("masks.npy");
   if (save_particles) more.emplace_back("particles.csv");
+  if (save_joints) more.emplace_back("joints.csv");
   if (options.signals.reads()) more.emplace_back("letters.json");
   announce_files(summary, files, settings, more);
   const auto frames = expected_frames(summary, prepared.selection, std::size_t(settings.matrix_rows));
@@ -122,6 +127,7 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   if (options.signals.particles() || options.signals.reads() || save_particles) {
     chain.emplace(settings, options.signals.reads(), nullptr);
   }
+  auto person = save_joints ? person_stage(settings) : nullptr;
   SignalTally tally;
   const bool arms = chain && prepared.has_colour();
   if (chain && !arms) tally.no_colour();
@@ -145,6 +151,14 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   stages.push_back(std::make_unique<pipeline::MaskStage>(std::move(masker)));
   stages.push_back(std::make_unique<pipeline::StateStage>(settings.motion_window_s));
   if (arms) chain->add_to(stages);
+  const auto* joints = [&]() -> const JointsRecord* {
+    if (!person) return nullptr;
+    stages.push_back(std::move(person));
+    auto record = std::make_unique<JointsRecord>();
+    const auto* made = record.get();
+    stages.push_back(std::move(record));
+    return made;
+  }();
   std::unique_ptr<KeptStates> states;
   summary.particles = arms && options.signals.particles();
   if (summary.particles) {
@@ -176,6 +190,7 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   if (save_particles) {
     outputs::write_file(files.add("particles.csv"), outputs::particles_csv(record.particle_rows()));
   }
+  if (joints != nullptr) outputs::write_file(files.add("joints.csv"), joints->csv());
   if (options.signals.reads()) {
     chain->finish();
     outputs::write_file(files.add("letters.json"), letters_json(*chain));
@@ -208,10 +223,10 @@ void declare_analyze(CLI::App& app, Command& chosen) {
   command->add_option("--out", options->out, "the folder to write to; made where it is missing")
       ->required()
       ->type_name("DIR");
-  command->add_option("--save", options->save, "also write: masks, particles; may be repeated")
+  command->add_option("--save", options->save, "also write: masks, particles, joints; may be repeated")
       ->type_name("WHAT")
       ->allow_extra_args(false)
-      ->check(CLI::IsMember({"masks", "particles"}));
+      ->check(CLI::IsMember({"masks", "particles", "joints"}));
   command->footer(kAnalyzeManual);
   command->callback(
       [options, &chosen] { chosen = [options](Session& session) { return analyze(*options, session); }; });

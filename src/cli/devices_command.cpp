@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // choreoscope devices: what is plugged in, how it is opened, and what keeps the rest from being used.
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -14,6 +16,7 @@
 #include "cli/commands.hpp"
 #include "cli/drivers.hpp"
 #include "core/text.hpp"
+#include "pipeline/person_models.hpp"
 #include "pipeline/steady_clock.hpp"
 
 namespace choreo::cli {
@@ -34,7 +37,8 @@ what it is where it is not. Modes and controls are settings of the SOURCE:
   choreoscope live 'v4l2:///dev/video0?auto_exposure=1&exposure_time_absolute=120'
 
 What a missing library or permission keeps from being used is listed with what
-to install or do. See docs/devices.md.
+to install or do. See docs/devices.md. Below them stand the files of the person
+network (docs/people.md).
 
 Exit status: 0, also where nothing is plugged in.)";
 
@@ -128,6 +132,31 @@ ordered_json json_of(const std::string& driver, const DeviceEntry& device) {
   return out;
 }
 
+// Beside the cameras: what looks at their pictures.
+void list_models(bool as_json, ordered_json& all) {
+  const auto folder = std::filesystem::path(pipeline::usual_models_folder());
+  auto& list = all["models"] = ordered_json::array();
+  std::size_t missing = 0;
+  for (const auto& model : pipeline::kPersonModels) {
+    const auto path = (folder / model.file).string();
+    std::error_code problem;
+    const bool is_there = std::filesystem::is_regular_file(path, problem);
+    missing += is_there ? 0 : 1;
+    list.push_back({{"file", path},
+                    {"summary", model.summary},
+                    {"origin", pipeline::kPersonModelsOrigin},
+                    {"is_there", is_there}});
+  }
+  if (as_json) return;
+  fmt::print("person network: {}\n", pipeline::kPersonModelsOrigin);
+  for (const auto& model : list) {
+    fmt::print("  {}{}  ({})\n",
+               model["is_there"].get<bool>() ? "" : "missing: ", one_line(model["file"].get<std::string>()),
+               model["summary"].get<std::string>());
+  }
+  if (missing > 0) fmt::print("  {}\n", pipeline::kPersonModelsRemedy);
+}
+
 int list_devices(bool as_json) {
   const pipeline::SteadyClock clock;
   const auto registry = all_drivers(clock);
@@ -152,11 +181,11 @@ int list_devices(bool as_json) {
       print("  ", list.remedy);
     }
   }
+  if (!as_json && found == 0) fmt::print("no device is plugged in\n");
+  list_models(as_json, all);
   if (as_json) {
     // Names of devices are any bytes.
     fmt::print("{}\n", all.dump(2, ' ', false, ordered_json::error_handler_t::replace));
-  } else if (found == 0) {
-    fmt::print("no device is plugged in\n");
   }
   return kDone;
 }
@@ -165,7 +194,8 @@ int list_devices(bool as_json) {
 
 void declare_devices(CLI::App& app, Command& chosen) {
   auto as_json = std::make_shared<bool>(false);
-  auto* command = app.add_subcommand("devices", "list the cameras and depth cameras that are plugged in");
+  auto* command =
+      app.add_subcommand("devices", "list the cameras and depth cameras that are plugged in, and the person network");
   command->add_flag("--json", *as_json, "for programs");
   command->footer(kDevicesManual);
   command->callback([as_json, &chosen] { chosen = [as_json](Session&) { return list_devices(*as_json); }; });

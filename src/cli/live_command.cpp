@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // choreoscope live: a row of Z and Z* a frame, while the body moves.
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <exception>
 #include <functional>
@@ -17,12 +18,14 @@
 #include "cli/live_history.hpp"
 #include "cli/live_record.hpp"
 #include "cli/memory.hpp"
+#include "cli/people.hpp"
 #include "cli/preparation.hpp"
 #include "cli/results.hpp"
 #include "cli/signal_chain.hpp"
 #include "cli/source_options.hpp"
 #include "cli/take_recording.hpp"
 #include "core/text.hpp"
+#include "outputs/joints_overlay.hpp"
 #include "outputs/live_window.hpp"
 #include "outputs/signal_overlay.hpp"
 #include "pipeline/pacing.hpp"
@@ -36,6 +39,7 @@ namespace {
 struct LiveOptions {
   SourceOptions source;
   SignalOptions signals;
+  bool joints = false;
   std::string pace = "live";
   std::string history = "10min";
   bool headless = false;
@@ -61,7 +65,8 @@ background.from is "first:2s" where nothing else is said (--set, --config,
 A device has a pace of its own: of one the newest frame always wins.
 
 Keys in the window: q or Esc ends, f full screen, + and - change the span of
-time, l prints the latencies. So does the signal SIGUSR1, window or not:
+time, j shows joints and hides them (--joints), l prints the latencies. So does
+the signal SIGUSR1, window or not:
   kill -USR1 $(pidof choreoscope)
 
 With --out DIR the frames that are in the history at the end are written as
@@ -185,7 +190,7 @@ void require_memory(const LiveOptions& options, std::uint64_t ring) {
 
 std::unique_ptr<outputs::LiveWindow> open_window(const LiveOptions& options, const Summary& summary,
                                                  Nanoseconds history, Session& session, std::stop_source& closed,
-                                                 const std::function<void()>& report) {
+                                                 const std::function<void()>& report, std::atomic<bool>& joints) {
   if (options.headless) return nullptr;
   if (!outputs::display_is_there()) {
     session.console.warn("there is no display: running as with --headless");
@@ -199,6 +204,10 @@ std::unique_ptr<outputs::LiveWindow> open_window(const LiveOptions& options, con
   window.history_s = to_seconds(history);
   window.on_close = [&closed] { closed.request_stop(); };
   window.on_report = report;
+  window.on_joints = [&options, &session, &joints] {
+    if (!options.joints) session.console.say("nobody looks for joints: start with --joints");
+    joints = !joints;
+  };
   window.on_lost = [&session](const std::string& why) {
     session.console.warn(why + ": the run goes on without its window");
   };
@@ -248,6 +257,7 @@ int live(const LiveOptions& options, Session& session) {
     files.emplace(options.out);
     std::vector<std::string> more;
     if (options.signals.reads()) more.emplace_back("letters.json");
+    if (options.joints) more.emplace_back("joints.csv");
     announce_files(summary, *files, settings, more);
   }
   const bool keeps_up = pace == pipeline::Pace::kLive || summary.source.live;
@@ -262,6 +272,17 @@ int live(const LiveOptions& options, Session& session) {
     }
     chain.emplace(settings, options.signals.reads(), std::move(on_late), length);
   }
+  std::unique_ptr<pipeline::PersonStage> owned_person;
+  if (options.joints) {
+    std::function<void(std::uint64_t)> on_late;
+    if (keeps_up) {
+      on_late = [&take](std::uint64_t frame) {
+        if (take) take->late_person(frame);
+      };
+    }
+    owned_person = person_stage_beside(settings, std::move(on_late));
+  }
+  const auto* person = owned_person.get();
   SignalTally tally;
   const bool arms = chain && prepared.has_colour();
   if (chain && !arms) {
@@ -311,7 +332,8 @@ int live(const LiveOptions& options, Session& session) {
     ended.request_stop();
     console.warn_later("interrupted: what was read is finished; again to leave nothing");
   });
-  const auto window = open_window(options, summary, length, session, ended, report);
+  std::atomic<bool> joints_shown = true;  // The window's thread changes it.
+  const auto window = open_window(options, summary, length, session, ended, report, joints_shown);
   const ReportOnSignal on_signal(session.interrupt, report);
   std::shared_ptr<void> shows_losses;
   if (window) {
@@ -336,6 +358,9 @@ int live(const LiveOptions& options, Session& session) {
       if (picture.rows < kShownRows) cv::resize(picture, picture, size, 0, 0, cv::INTER_LINEAR);
       picture = outputs::drawn_over(picture, overlay_of(o, picture.size()));
     }
+    if (o.person && joints_shown) {
+      picture = outputs::joints_drawn_over(picture, o.person->look, double(picture.cols) / o.picture.cols);
+    }
     window->show(picture, o.mask.mask, to_seconds(o.time), o.z_row, o.zstar_row);
     if (auto lines = figures.next(o, clock.now())) window->tell(std::move(*lines));
   };
@@ -345,6 +370,13 @@ int live(const LiveOptions& options, Session& session) {
   stages.push_back(std::make_unique<pipeline::MaskStage>(std::move(masker)));
   stages.push_back(std::make_unique<pipeline::StateStage>(settings.motion_window_s));
   if (arms) chain->add_to(stages);
+  const JointsRecord* joints = nullptr;
+  if (owned_person) {
+    stages.push_back(std::move(owned_person));
+    auto joints_record = std::make_unique<JointsRecord>(length);
+    joints = joints_record.get();
+    stages.push_back(std::move(joints_record));
+  }
   stages.push_back(history.stage(length, clock, &row_cost));
   auto owned_record = std::make_unique<LiveRecordStage>(
       ThumbnailKeeper(settings.plot.thumbnails, settings.plot.thumbnails_at_s), particles, show);
@@ -403,12 +435,17 @@ int live(const LiveOptions& options, Session& session) {
     const auto comparer = history.comparer(record);
     summary.canvas = history.canvas();
     if (options.signals.reads()) outputs::write_file(files->add("letters.json"), letters_json(*chain));
+    if (joints != nullptr) outputs::write_file(files->add("joints.csv"), joints->csv());
     auto results = gathered();
     results.thumbnails = record.thumbnails().chosen(results.rows.front().time_s);
     write_results(summary, config, *comparer, std::move(results), nullptr, *files, session, clock);
     tell_results(summary, *files, console);
   }
   if (options.signals.reads()) tell_reading(*chain, tally, console);
+  if (person != nullptr) {
+    const auto seconds = to_seconds(Nanoseconds(summary.run.wall));
+    if (const auto few = few_looks(*person, settings, seconds); few && keeps_up) console.warn(*few);
+  }
   if (summary.run.problem) std::rethrow_exception(summary.run.problem);
   if (ring.size() == 0 && !ended.stop_requested()) {
     throw usage_error(fmt::format("no frame of \"{}\" is chosen: it has {}", summary.source.name,
@@ -427,6 +464,7 @@ void declare_live(CLI::App& app, Command& chosen) {
   auto* command = app.add_subcommand("live", "show Z and Z* against the last minutes while the body moves");
   options->source.declare(*command);
   options->signals.declare(*command);
+  command->add_flag("--joints", options->joints, "look for the person's joints and show them (docs/people.md)");
   command->add_option("--pace", options->pace, "live, replay or max; see below (default live)")->type_name("PACE");
   command->add_option("--history", options->history, "how far back a frame is compared (1s to 24h, default 10min)")
       ->type_name("T");

@@ -206,6 +206,9 @@ class LiveWindow::Impl {
         case SDLK_l:
           if (options_.on_report) options_.on_report();
           break;
+        case SDLK_j:
+          if (options_.on_joints) options_.on_joints();
+          break;
         case SDLK_PLUS:
         case SDLK_EQUALS:
         case SDLK_KP_PLUS:

@@ -25,6 +25,7 @@ struct LiveWindowOptions {
   double history_s = 600;           ///< The widest span of time that is shown.
   std::function<void()> on_close;   ///< Called once, from the window's thread, where the user closes it.
   std::function<void()> on_report;  ///< Called from the window's thread where the user asks for the figures (key l).
+  std::function<void()> on_joints;  ///< Likewise: show joints, or no more.
   /// Called once, from the window's thread, where the window goes though nobody closed it, with the cause in one line.
   std::function<void(const std::string& why)> on_lost;
 };
@@ -32,7 +33,7 @@ struct LiveWindowOptions {
 /// A window with a thread of its own: whoever shows frames never waits for the display, and where the display goes away
 /// only the window ends (`display_is_lost`).
 ///
-/// Keys: q or Esc closes, f full screen, + and - change the span of time, l asks for a report.
+/// Keys: q or Esc closes, f full screen, + and - change the span of time, l asks for a report, j for joints.
 /// @thread thread-safe
 class LiveWindow {
  public:

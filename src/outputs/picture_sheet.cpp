@@ -17,14 +17,14 @@ constexpr int kColumns = 6;
 constexpr int kGap = 12;      // Between pictures, and around all of them.
 constexpr int kCaption = 50;  // Below a picture.
 constexpr Rgb kPage{0.11, 0.11, 0.12};
-constexpr Rgb kLetter{1.0, 0.86, 0.20};  // As over the live picture.
+constexpr Rgb kLetterColour{1.0, 0.86, 0.20};  // As over the live picture.
 constexpr Rgb kName{0.96, 0.96, 0.95};
 constexpr Rgb kQuiet{0.66, 0.67, 0.68};
 
 constexpr double kLetterSize = 46;  // Pixels an em; capitals are 0.73 of it high.
 constexpr double kLetterRoom = 56;
 constexpr double kWordRoom = 100;  // "NUMERALS" and "CANCEL".
-constexpr double kSmall = 15;
+constexpr double kSmallType = 15;
 
 // Draws what stands below a picture, whose left lower corner is at `x`, `y`.
 void draw_caption(Canvas& canvas, const TextMeter& meter, const SheetTile& tile, double x, double y) {
@@ -36,14 +36,14 @@ void draw_caption(Canvas& canvas, const TextMeter& meter, const SheetTile& tile,
   } else {
     const double natural = meter.width(letter, kLetterSize, true);
     const double size = natural > room - 8 ? kLetterSize * (room - 8) / natural : kLetterSize;
-    canvas.text({x + 4, base}, letter, {.size = size, .color = kLetter, .bold = true});
+    canvas.text({x + 4, base}, letter, {.size = size, .color = kLetterColour, .bold = true});
   }
   const double left = x + room;
   const double width = x + kWidth - left;
-  canvas.text({left, y + 21}, meter.shortened(printable(tile.name), kSmall, false, width),
-              {.size = kSmall, .color = kName});
-  canvas.text({left, base}, meter.shortened(printable(tile.beside), kSmall, false, width),
-              {.size = kSmall, .color = kQuiet});
+  canvas.text({left, y + 21}, meter.shortened(printable(tile.name), kSmallType, false, width),
+              {.size = kSmallType, .color = kName});
+  canvas.text({left, base}, meter.shortened(printable(tile.beside), kSmallType, false, width),
+              {.size = kSmallType, .color = kQuiet});
 }
 
 cv::Mat row_of(std::span<const SheetTile> tiles, int width) {

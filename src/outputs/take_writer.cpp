@@ -122,10 +122,10 @@ void TakeWriter::processed(std::uint64_t sequence) {
   }
 }
 
-void TakeWriter::late_face(std::uint64_t sequence) {
+void TakeWriter::mark(const char* kind, std::uint64_t sequence) {
   const std::scoped_lock lock(mutex_);
   if (problem_ || !options_.marks) return;
-  marks_.push_back({devices::take::kLateFaceMark, sequence, {}});
+  marks_.push_back({kind, sequence, {}});
 }
 
 void TakeWriter::work() {

@@ -77,8 +77,9 @@ class TakeWriter {
   void add(devices::FramePtr frame);
   /// The run has brought this frame to its end; called with rising sequence numbers.
   void processed(std::uint64_t sequence);
-  /// A detection of faces that was due at this frame was not ready; called before the frame is `processed`.
-  void late_face(std::uint64_t sequence);
+  /// A search for faces, for people that was due at this frame was not done; called before the frame is `processed`.
+  void late_face(std::uint64_t sequence) { mark(devices::take::kLateFaceMark, sequence); }
+  void late_person(std::uint64_t sequence) { mark(devices::take::kLatePersonMark, sequence); }
 
   /// Writes what waits, finishes the file and gives it its name. Without frames there is no file.
   /// @throws Error (failure) where the recording broke off; what came before is in the unfinished file.
@@ -91,6 +92,7 @@ class TakeWriter {
   [[nodiscard]] static std::string unfinished(const std::string& path);
 
  private:
+  void mark(const char* kind, std::uint64_t sequence);
   void work();
   void write_waiting();
   void hold_or_write(devices::FramePtr frame);

@@ -263,16 +263,21 @@ TEST_F(Take, FramesWithALateDetectionAreMarkedAmongTheProcessed) {
   for (const auto& frame : frames) {
     writer.add(frame);
     if (frame->sequence == 2 || frame->sequence == 5) writer.late_face(frame->sequence);
+    if (frame->sequence == 2 || frame->sequence == 4) writer.late_person(frame->sequence);
     if (frame->sequence != 3) writer.processed(frame->sequence);
   }
   writer.close();
-  const auto late = [&](const std::string& source) {
+  const auto late = [&](const std::string& source, bool devices::Frame::*what) {
     std::vector<bool> all;
-    for (const auto& frame : all_frames(*open_take(source))) all.push_back(frame->late_face);
+    for (const auto& frame : all_frames(*open_take(source))) all.push_back((*frame).*what);
     return all;
   };
-  EXPECT_THAT(late(path() + "?frames=processed"), ElementsAre(false, false, true, false, false, true));
-  EXPECT_THAT(late(path()), ElementsAre(false, false, false, false, false, false)) << "that is no replay of the run";
+  const auto replayed = path() + "?frames=processed";
+  EXPECT_THAT(late(replayed, &devices::Frame::late_face), ElementsAre(false, false, true, false, false, true));
+  EXPECT_THAT(late(replayed, &devices::Frame::late_person), ElementsAre(false, false, true, false, true, false));
+  for (const auto what : {&devices::Frame::late_face, &devices::Frame::late_person}) {
+    EXPECT_THAT(late(path(), what), ElementsAre(false, false, false, false, false, false)) << "no replay of the run";
+  }
 }
 
 TEST_F(Take, WithoutARunNothingIsMarkedAndAskingForItIsRefused) {

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a look of the person network takes, beside OpenCV's dnn and the processor's multiplications and additions.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <opencv2/core.hpp>
+
+#include "core/error.hpp"
+#include "limits.hpp"
+#include "network_peer.hpp"
+#include "pipeline/model_file.hpp"
+#include "pipeline/person_models.hpp"
+#include "report.hpp"
+#include "vision/network/network.hpp"
+#include "vision/network/tflite_reader.hpp"
+
+namespace choreo::bench {
+namespace {
+
+vision::NetworkGraph graph_of(const char* file) {
+  constexpr std::size_t kMost = std::size_t{64} << 20U;
+  const auto path = pipeline::usual_models_folder() + "/" + file;
+  const auto bytes = pipeline::bytes_of_model(path, kMost, "a network", pipeline::kPersonModelsRemedy);
+  return vision::read_tflite({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+}
+
+// Of the convolutions, a multiplication with its addition as two.
+double operations_of(const vision::NetworkGraph& graph) {
+  double sum = 0;
+  for (const auto& node : graph.nodes) {
+    const double windows =
+        2.0 * node.kernel.y * node.kernel.x * double(graph.tensors[std::size_t(node.output)].count());
+    if (node.operation == vision::NetworkOperation::kDepthwise) sum += windows;
+    if (node.operation == vision::NetworkOperation::kConvolution) {
+      sum += windows * graph.tensors[std::size_t(node.inputs[0])].shape[3];
+    }
+  }
+  return sum;
+}
+
+// Whole time, since a look may take several threads; the pieces take turns, and the median counts.
+std::vector<double> medians(int repetitions, const std::vector<std::function<void()>>& work) {
+  std::vector<std::vector<double>> times(work.size());
+  for (int turn = -1; turn < repetitions; ++turn) {
+    for (std::size_t k = 0; k < work.size(); ++k) {
+      const auto begin = std::chrono::steady_clock::now();
+      work[k]();
+      const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+      if (turn >= 0) times[k].push_back(took.count());
+    }
+  }
+  std::vector<double> out;
+  for (auto& t : times) {
+    std::ranges::nth_element(t, t.begin() + std::ptrdiff_t(t.size() / 2));
+    out.push_back(t[t.size() / 2]);
+  }
+  return out;
+}
+
+std::string in_ms(double seconds) { return fmt::format("{:.1f} ms", 1e3 * seconds); }
+
+void add(const char* name, const char* file, bool has_peer, const Settings& settings, Report& report) {
+  const auto graph = graph_of(file);
+  vision::Network one(graph, 1);
+  vision::Network two(graph, 2);
+  const auto& shape = one.input_shape();
+  const int sizes[] = {1, shape[3], shape[1], shape[2]};
+  cv::Mat picture(4, sizes, CV_32F);
+  cv::RNG(1).fill(picture, cv::RNG::UNIFORM, 0, 1);
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t p = 0; p < one.input().size() / 3; ++p) {
+      const float value = picture.ptr<float>()[c * (one.input().size() / 3) + p];
+      one.input()[3 * p + c] = two.input()[3 * p + c] = value;
+    }
+  }
+  std::vector<std::function<void()>> work = {[&] { one.run(); }, [&] { two.run(); }};
+  std::optional<PeerNetwork> peer;
+  std::vector<cv::Mat> given;
+  if (has_peer) {
+    peer.emplace(graph);
+    for (const int threads : {1, 2}) {
+      work.push_back([&, threads] {
+        cv::setNumThreads(threads);
+        peer->net.setInput(picture);
+        peer->net.forward(given, peer->outputs);
+        cv::setNumThreads(0);
+      });
+    }
+  }
+  const auto times = medians(settings.smoke ? 1 : settings.quick ? 15 : 60, work);
+  const double limit = operations_of(graph) / multiply_add_rate();
+  for (std::size_t threads = 1; threads <= 2; ++threads) {
+    const double ours = times[threads - 1];
+    const double theirs = has_peer ? times[threads + 1] : 0;
+    const double at_most = limit / double(threads);
+    report.lines.push_back({fmt::format("{}, {} thread{}", name, threads, threads == 1 ? "" : "s"),
+                            has_peer ? in_ms(theirs) : "", in_ms(ours), in_ms(at_most),
+                            has_peer ? fmt::format("{:.1f} x", theirs / ours) : "",
+                            fmt::format("{:.0f} %", 100 * at_most / ours)});
+    const auto key = fmt::format("people_{}_{}", name, threads);
+    report.figures[key + "_ms"] = 1e3 * ours;
+    if (has_peer) report.figures[key + "_vs_opencv"] = theirs / ours;
+  }
+  if (!has_peer) return;
+  // Of the joints, the first output; both read the same file.
+  double apart = 0;
+  for (std::size_t k = 0; k < one.output(0).size(); ++k) {
+    apart = std::max(apart, std::abs(double(one.output(0)[k]) - double(given[0].ptr<float>()[k])));
+  }
+  report.lines.push_back(
+      {fmt::format("{}, largest difference of a joint's numbers", name), "", fmt::format("{:.2g}", apart), "", "", ""});
+}
+
+}  // namespace
+
+void people(const Settings& settings, Report& report) {
+  report.notes.emplace_back("peer: OpenCV's dnn with the same weights; limit: the convolutions' multiplications and");
+  report.notes.emplace_back("additions at the rate of a loop that does nothing else, in registers, on so many cores");
+  add("lite", "pose_landmark_lite.tflite", true, settings, report);
+  add("full", "pose_landmark_full.tflite", true, settings, report);
+  add("detector", "pose_detection.tflite", false, settings, report);
+}
+
+}  // namespace choreo::bench

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/stages/person_stage.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+#include <opencv2/core.hpp>
+
+#include "core/error.hpp"
+
+namespace choreo::pipeline {
+namespace {
+
+// From pixels of one picture to those of another of the same shape.
+vision::PersonLook scaled(vision::PersonLook look, double factor) {
+  const auto moved = [factor](cv::Point2d p) { return (p + cv::Point2d(0.5, 0.5)) * factor - cv::Point2d(0.5, 0.5); };
+  const auto change = [&](vision::PersonRegion& region) {
+    region.centre = moved(region.centre);
+    region.side *= factor;
+  };
+  for (auto& point : look.points) {
+    point.at = moved(point.at);
+    point.depth *= factor;
+  }
+  change(look.region);
+  change(look.next);
+  return look;
+}
+
+}  // namespace
+
+// Written by the search, and read when it is done.
+struct PersonStage::Look {
+  devices::FramePtr frame;
+  Nanoseconds time{0};
+  vision::PersonQuery query;
+  std::optional<vision::PersonLook> seen;
+};
+
+void PersonStageOptions::validate() const {
+  if (looks_per_s < 0.1 || looks_per_s > 1000) {
+    throw usage_error(fmt::format("looks_per_s is {}", looks_per_s), {}, "it is from 0.1 to 1000");
+  }
+  if (delay_frames < 0 || delay_frames > 60) {
+    throw usage_error(fmt::format("delay_frames is {}", delay_frames), {}, "it is from 0 to 60");
+  }
+}
+
+PersonStage::PersonStage(vision::PersonSearch search, PersonStageOptions options)
+    : options_(std::move(options)), search_(std::move(search)) {
+  options_.validate();
+  if (options_.delay_frames > 0) {
+    beside_.emplace("person-search", options_.delay_frames, options_.waits, SearchBeside::WhenLate::kDefer);
+  }
+}
+
+// Whether this frame is the first one at or behind the next time for a look. Frames come when they come: half a
+// millisecond early is in time.
+bool PersonStage::is_time(Nanoseconds time) {
+  constexpr auto kEarly = std::chrono::microseconds(500);
+  const auto period = Nanoseconds(std::llround(1e9 / options_.looks_per_s));
+  if (next_ && time + kEarly < *next_) return false;
+  // What was missed is not made up for.
+  next_ = next_ && time < *next_ + period ? *next_ + period : time + period;
+  return true;
+}
+
+void PersonStage::take_effect(const std::shared_ptr<Look>& look, Observation& observation) {
+  ++looks_;
+  observation.looked = look->time;
+  track_.update(look->seen);
+  last_.reset();
+  if (!look->seen) return;
+  ++seen_;
+  const auto& picture = observation.picture.empty() ? observation.frame->bgr : observation.picture;
+  const double factor = picture.empty() ? 1.0 : double(picture.cols) / look->frame->bgr.cols;
+  last_ = std::make_shared<PersonSighting>(PersonSighting{scaled(*std::move(look->seen), factor), look->time});
+}
+
+void PersonStage::process(Observation& observation) {
+  if (beside_) {
+    const auto due = beside_->begin_frame(observation.frame->late_person);
+    if (due == SearchBeside::Due::kDone) {
+      take_effect(std::exchange(pending_, nullptr), observation);
+    } else if (due == SearchBeside::Due::kLate && options_.on_late) {
+      options_.on_late(observation.frame->sequence);
+    }
+  }
+  if (!pending_ && !observation.frame->bgr.empty() && is_time(observation.time)) {
+    auto look = std::make_shared<Look>(Look{observation.frame, observation.time, track_.next(), {}});
+    const auto search = [this, look] {
+      try {
+        look->seen = search_.search(look->frame->bgr, look->query);
+      } catch (const cv::Exception& error) {
+        throw failure(fmt::format("looking for a person failed: {}", error.err));
+      }
+    };
+    if (beside_) {
+      pending_ = look;
+      beside_->ask(search);
+    } else {
+      search();
+      take_effect(look, observation);
+    }
+  }
+  observation.person = last_;
+}
+
+}  // namespace choreo::pipeline

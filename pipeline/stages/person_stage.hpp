@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// Looks for the person with the person network, some times a second.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "pipeline/search_beside.hpp"
+#include "pipeline/stage.hpp"
+#include "vision/person/person_search.hpp"
+
+namespace choreo::pipeline {
+
+struct PersonStageOptions {
+  double looks_per_s = 10;  ///< By the frames' own times, [0.1, 1000]; no frame is looked at twice.
+  int delay_frames = 4;  ///< Frames from the one that is looked at to the one that knows, [0, 60]; 0: the stage looks
+                         ///< itself, and frames wait for it.
+  bool waits = true;     ///< For a look that is not done when it is due; else it is void.
+  /// Told of every look that was not done: the sequence number of the frame at which it was due. Called by the thread
+  /// that calls `process`.
+  std::function<void(std::uint64_t)> on_late = {};
+
+  void validate() const;  ///< @throws Error (usage) naming the option, its value and its range.
+};
+
+/// picture -> person.
+///
+/// There is one look at a time: a machine that is busy looks less often, and no frame waits. Which frames are looked at
+/// depends on their times and on when looks took effect, where is looked on what they saw: the same frames and the same
+/// late looks (Frame::late_person) give the same people. Comes after PictureStage. A frame without a picture is not
+/// looked at.
+class PersonStage final : public Stage {
+ public:
+  PersonStage(vision::PersonSearch search, PersonStageOptions options);
+
+  [[nodiscard]] std::string name() const override { return "person"; }
+  void process(Observation& observation) override;
+
+  [[nodiscard]] std::uint64_t looks() const { return looks_; }                        ///< So far, void ones among them.
+  [[nodiscard]] std::uint64_t late() const { return beside_ ? beside_->late() : 0; }  ///< Of these, void.
+  [[nodiscard]] std::uint64_t seen() const { return seen_; }  ///< Of these, those that showed somebody.
+
+ private:
+  struct Look;
+
+  [[nodiscard]] bool is_time(Nanoseconds time);
+  void take_effect(const std::shared_ptr<Look>& look, Observation& observation);
+
+  PersonStageOptions options_;
+  vision::PersonSearch search_;  // The looks'.
+  vision::PersonTrack track_;
+  std::shared_ptr<const PersonSighting> last_;
+  std::optional<Nanoseconds> next_;
+  std::uint64_t looks_ = 0, seen_ = 0;
+  std::shared_ptr<Look> pending_;       // Asked for, and without effect so far.
+  std::optional<SearchBeside> beside_;  // Last: its thread uses what is above.
+};
+
+}  // namespace choreo::pipeline

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where a look's numbers lie in the picture, and whom a search follows.
+#include <cmath>
+#include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include "core/error.hpp"
+#include "vision/person/person_search.hpp"
+#include "vision/tiny_pose.hpp"
+
+namespace choreo::vision {
+namespace {
+
+using ::testing::HasSubstr;
+
+cv::Mat black(cv::Size size) { return cv::Mat(size, CV_8UC3, cv::Scalar()); }
+cv::Mat with_spot(cv::Size size, cv::Rect spot) {
+  auto picture = black(size);
+  picture(spot).setTo(cv::Scalar::all(255));
+  return picture;
+}
+
+PersonNetwork network(std::array<float, 5> nose) {
+  std::vector<std::array<float, 5>> points(39);
+  points[0] = nose;
+  points[33] = {128, 128, 0, 0, 0};
+  points[34] = {128, 64, 0, 0, 0};
+  return PersonNetwork(test::tiny_landmarks(points));
+}
+
+TEST(PersonNetwork, NumbersOfTheRegionBecomePlacesInThePicture) {
+  auto net = network({192, 64, 16, 0, 100});
+  // Half as many pixels as the network's: a quarter to the right and a quarter up is 32 of 128 pixels.
+  const auto look = net.look(with_spot({320, 240}, {150, 100, 9, 9}), {{160, 120}, 128, 0});
+  const auto& nose = look[PersonPointName::kNose];
+  EXPECT_NEAR(nose.at.x, 192, 1e-3);
+  EXPECT_NEAR(nose.at.y, 88, 1e-3);
+  EXPECT_NEAR(nose.depth, 8, 1e-3);
+  EXPECT_NEAR(nose.visibility, 0.5, 1e-6);
+  EXPECT_NEAR(nose.presence, 1, 1e-6);
+  EXPECT_NEAR(look.score, 1, 1e-3);
+  EXPECT_NEAR(look.metres[1].x, 0.03, 1e-6);
+  EXPECT_NEAR(look.metres[1].z, 0.05, 1e-6);
+  EXPECT_NEAR(look.next.centre.x, 160, 1e-3);
+  EXPECT_NEAR(look.next.side, 2 * 1.25 * 32, 1e-3);
+  EXPECT_NEAR(look.next.angle, 0, 1e-6);
+  EXPECT_LT(net.look(black({320, 240}), {{160, 120}, 128, 0}).score, 1e-3);
+}
+
+TEST(PersonNetwork, WhoLeansToTheRightIsLookedAtUpright) {
+  auto net = network({128, 64, 0, 0, 0});
+  const auto look = net.look(black({320, 240}), {{160, 120}, 128, std::numbers::pi / 2});
+  EXPECT_NEAR(look[PersonPointName::kNose].at.x, 192, 1e-3) << "what is up for the person is right in the picture";
+  EXPECT_NEAR(look[PersonPointName::kNose].at.y, 120, 1e-3);
+  EXPECT_NEAR(look.next.angle, std::numbers::pi / 2, 1e-6) << "and stays so";
+  EXPECT_NEAR(look.metres[1].x, -0.04, 1e-6) << "so are metres";
+  EXPECT_NEAR(look.metres[1].y, 0.03, 1e-6);
+}
+
+TEST(PersonNetwork, TheSilhouetteLiesWhereItWasSeen) {
+  auto net = network({});
+  const cv::Rect spot(170, 90, 20, 40);
+  const auto picture = with_spot({320, 240}, spot);
+  for (const double angle : {0.0, 0.4, 3.0}) {
+    const auto look = net.look(picture, {{160, 120}, 200, angle});
+    const auto mask = silhouette_in_picture(look, picture.size()) > 127;
+    cv::Mat truth = cv::Mat::zeros(picture.size(), CV_8UC1);
+    truth(spot).setTo(255);
+    const double both = cv::countNonZero(mask & truth);
+    const double any = cv::countNonZero(mask | truth);
+    EXPECT_GT(both / any, 0.9) << angle;
+  }
+  // Of a picture that has many more pixels than the network.
+  const auto large = with_spot({3200, 2400}, {1700, 900, 200, 400});
+  const auto look = net.look(large, {{1600, 1200}, 2000, 0});
+  const auto mask = silhouette_in_picture(look, large.size()) > 127;
+  EXPECT_NEAR(cv::countNonZero(mask), 80000, 2500);
+}
+
+TEST(PersonDetector, HipsAndReachMakeARegion) {
+  PersonDetector detector(test::tiny_detector({112, 112}, {112, 72}));
+  EXPECT_TRUE(detector.detect(black({448, 336})).empty());
+  const auto people = detector.detect(with_spot({448, 336}, {10, 10, 20, 20}));
+  ASSERT_EQ(people.size(), 1u);
+  // The square that holds the whole picture has 448 pixels, two of them one of the network's.
+  EXPECT_NEAR(people[0].region.centre.x, 223.5, 0.01);
+  EXPECT_NEAR(people[0].region.centre.y, 167.5, 0.01);
+  EXPECT_NEAR(people[0].region.side, 2 * 1.25 * 80, 0.01);
+  EXPECT_NEAR(people[0].region.angle, 0, 1e-6);
+  EXPECT_GT(people[0].score, 0.99);
+}
+
+TEST(PersonNetworks, OneForTheOtherIsRefusedByName) {
+  const auto refused = [](auto make, const char* words) {
+    try {
+      make();
+      FAIL() << words;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.fault(), Fault::kUsage);
+      EXPECT_THAT(error.what(), HasSubstr(words));
+    }
+  };
+  const auto landmarks = test::tiny_landmarks({});
+  const auto detector = test::tiny_detector({}, {});
+  refused([&] { PersonNetwork net(detector); }, "256 x 256");
+  refused([&] { PersonDetector net(landmarks); }, "224 x 224");
+  test::TinyPose empty(256);
+  empty.score();
+  refused([&] { PersonNetwork net(empty.file()); }, "gives no joints");
+}
+
+TEST(PersonSearch, FollowsWhoWasFoundAndFindsAgainWhoIsLost) {
+  auto search = test::tiny_search();
+  PersonTrack track;
+  const auto somebody = with_spot({224, 224}, {100, 100, 24, 24});
+  EXPECT_FALSE(search.search(black({224, 224}), track.next()));
+  track.update(std::nullopt);
+  EXPECT_EQ(track.next().turn, 1) << "another part next time";
+  const auto found = search.search(somebody, {});
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->region.side, 2 * 1.25 * (50.0 / 256) * 2 * 1.25 * 40, 0.1) << "looked at twice";
+  track.update(found);
+  ASSERT_TRUE(track.next().region);
+  EXPECT_EQ(track.next().region->side, found->next.side);
+  const auto followed = search.search(somebody, track.next());
+  ASSERT_TRUE(followed);
+  EXPECT_EQ(followed->region.side, found->next.side) << "no detection needed";
+  // Who left the region, but not the picture, is found again at once.
+  PersonQuery elsewhere;
+  elsewhere.region = PersonRegion{{20, 20}, 10, 0};
+  EXPECT_TRUE(search.search(somebody, elsewhere));
+  EXPECT_FALSE(search.search(black({224, 224}), track.next()));
+}
+
+TEST(PersonSearch, TheSquaresAtBothEndsAreSearchedInTurns) {
+  auto search = test::tiny_search();
+  // In the whole picture of 672 pixels three are one of the network's; in a square of 224 one is one.
+  const auto left = with_spot({672, 224}, {100, 100, 24, 24});
+  const auto right = with_spot({672, 224}, {548, 100, 24, 24});
+  EXPECT_TRUE(search.search(left, {{}, 1}));
+  EXPECT_FALSE(search.search(right, {{}, 1}));
+  EXPECT_FALSE(search.search(left, {{}, 2}));
+  const auto found = search.search(right, {{}, 2});
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->region.centre.x, 448 + 111.5, 0.6) << "in pixels of the whole picture";
+}
+
+}  // namespace
+}  // namespace choreo::vision
