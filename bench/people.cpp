@@ -119,6 +119,12 @@ void add(const char* name, const char* file, bool has_peer, const Settings& sett
 }  // namespace
 
 void people(const Settings& settings, Report& report) {
+  for (const bool quick : {true, false}) {
+    const auto missing = pipeline::missing_person_models({"", quick, 1});
+    if (missing.empty()) continue;
+    report.notes.push_back("nothing was measured: there is no " + missing);
+    return;
+  }
   report.notes.emplace_back("peer: OpenCV's dnn with the same weights; limit: the convolutions' multiplications and");
   report.notes.emplace_back("additions at the rate of a loop that does nothing else, in registers, on so many cores");
   add("lite", "pose_landmark_lite.tflite", true, settings, report);

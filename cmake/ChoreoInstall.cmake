@@ -12,7 +12,9 @@ install(FILES LICENSE README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 set(CHOREO_MATHEMATICS core vision body similarity recognition)
 foreach(_part IN LISTS CHOREO_MATHEMATICS)
   install(TARGETS choreo_${_part} EXPORT choreoscopeTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-  install(DIRECTORY src/${_part} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/choreoscope FILES_MATCHING PATTERN "*.hpp")
+  install(DIRECTORY src/${_part} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/choreoscope FILES_MATCHING PATTERN "*.hpp"
+    # Libraries of their own, which the program alone uses.
+    PATTERN "src/vision/network" EXCLUDE PATTERN "src/vision/person" EXCLUDE)
 endforeach()
 
 set(CHOREO_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/choreoscope)

@@ -96,9 +96,11 @@ Field times(std::string key, std::vector<double>& (*at)(Options&), std::string r
 std::vector<Field> make_schema() {
   std::vector<Field> fields;
   fields.push_back(text(
-      "segmentation", [](Options& o) -> std::string& { return o.segmentation; }, one_of({"colour", "depth", "both"}),
-      "\"colour\", \"depth\" or \"both\"",
-      "What tells the body from the room: its colour, its being nearer, or depth with colour along its edges."));
+      "segmentation", [](Options& o) -> std::string& { return o.segmentation; },
+      one_of({"colour", "depth", "both", "person"}), "\"colour\", \"depth\", \"both\" or \"person\"",
+      "What tells the body from the room: its colour, its being nearer, depth with colour along its edges, or the "
+      "person "
+      "network with colour along its edges."));
 
   fields.push_back(text(
       "background.from", [](Options& o) -> std::string& { return o.background; }, fits_background,

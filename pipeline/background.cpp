@@ -102,15 +102,15 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
                                                   const std::function<std::unique_ptr<devices::Source>()>& reopen,
                                                   const std::function<void(double)>& progress,
                                                   const std::stop_token& stop, bool infer_unseen,
-                                                  vision::Segmentation segmentation,
-                                                  const vision::DepthMargin& margin) {
+                                                  vision::Segmentation segmentation, const vision::DepthMargin& margin,
+                                                  const std::function<vision::PersonEvidence(const cv::Mat&)>& people) {
   LearnedBackground learned;
   const auto frame_size = source->info().size;
   const auto size = working_size(frame_size, working_rows);
   const bool repeatable = source->info().repeatable;
   const bool given = spec.kind == BackgroundSpec::Kind::kPlate;
   const bool with_colour = segmentation != vision::Segmentation::kDepth;
-  const bool with_depth = segmentation != vision::Segmentation::kColour;
+  const bool with_depth = segmentation == vision::Segmentation::kDepth || segmentation == vision::Segmentation::kBoth;
   const bool whole =
       (spec.kind == BackgroundSpec::Kind::kAuto || (given && with_depth)) && repeatable && source->info().foreseeable;
   const auto least_time = spec.kind == BackgroundSpec::Kind::kFirst ? spec.first : kFirstOfUnrepeatable;
@@ -147,7 +147,7 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
     if (with_colour && (!given || time < kNoiseTime)) {
       const auto picture = at_working_size(frame->bgr, size);
       sampler.add(picture);
-      if (whole && !given) quiet.add(picture, to_seconds(time));
+      if (whole && !given && segmentation != vision::Segmentation::kPerson) quiet.add(picture, to_seconds(time));
     }
     if (progress) {
       const auto duration = whole ? source->info().duration.value_or(Nanoseconds{0}) : least_time;
@@ -169,6 +169,18 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
   } else if (given) {
     learned.estimate = vision::judge_plate(at_working_size(plate, size), pictures);
     learned.estimate.unseen = 0;  // Whoever gives a plate has seen the room.
+  } else if (segmentation == vision::Segmentation::kPerson) {
+    constexpr std::size_t kMostLooks = 60;  // What no sixtieth of the clip shows is as good as unseen.
+    std::vector<cv::Mat> looked;
+    std::vector<vision::PersonEvidence> evidence;
+    const auto count = std::min(pictures.size(), kMostLooks);
+    for (std::size_t k = 0; k < count && !stop.stop_requested(); ++k) {
+      looked.push_back(pictures[k * pictures.size() / count]);
+      evidence.push_back(people(looked.back()));
+    }
+    if (stop.stop_requested()) return std::nullopt;
+    learned.estimate = vision::background_behind_people(looked, evidence);
+    learned.pictures = looked.size();
   } else {
     learned.estimate = whole ? vision::estimate_background(pictures, quiet.finish())
                              : vision::judge_plate(vision::median_plate(pictures), pictures);

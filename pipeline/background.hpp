@@ -48,6 +48,7 @@ struct LearnedBackground {
 /// @param segmentation  what is to be learned: colour, depth or both, from the same frames. A plate tells nothing of
 ///   depth: that is learned as by `auto`.
 /// @param margin  of the depth background.
+/// @param people  where somebody is in a picture, asked for in order of time; needed for Segmentation::kPerson.
 /// @return nothing where `stop` was requested.
 /// @throws Error (usage) where there is no frame, the plate is of another size than the frames, or depth is asked for
 ///   and the frames have none.
@@ -55,6 +56,7 @@ struct LearnedBackground {
     std::unique_ptr<devices::Source> source, const BackgroundSpec& spec, const cv::Mat& plate, int working_rows,
     const std::function<std::unique_ptr<devices::Source>()>& reopen, const std::function<void(double)>& progress,
     const std::stop_token& stop, bool infer_unseen = true,
-    vision::Segmentation segmentation = vision::Segmentation::kColour, const vision::DepthMargin& margin = {});
+    vision::Segmentation segmentation = vision::Segmentation::kColour, const vision::DepthMargin& margin = {},
+    const std::function<vision::PersonEvidence(const cv::Mat&)>& people = {});
 
 }  // namespace choreo::pipeline

@@ -32,8 +32,9 @@ struct Signal {
 
 /// A person as a look at a frame showed them.
 struct PersonSighting {
-  vision::PersonLook look;  ///< In pixels of `Observation::picture`.
-  Nanoseconds time{0};      ///< Of the frame that was looked at.
+  vision::PersonLook look;      ///< In pixels of `Observation::picture`.
+  Nanoseconds time{0};          ///< Of the frame that was looked at.
+  std::optional<double> speed;  ///< Of the fastest joint since the look before, px/s; nothing at the first look.
 };
 
 /// One frame and everything said of it so far. A stage fills its fields and never touches another's.

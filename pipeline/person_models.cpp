@@ -32,6 +32,7 @@ Network load(const fs::path& path, int threads) {
   try {
     return Network({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, threads);
   } catch (const Error& error) {
+    if (error.fault() != Fault::kUsage) throw;
     throw usage_error(fmt::format("\"{}\": {}", path.string(), error.what()), {}, error.hint());
   }
 }

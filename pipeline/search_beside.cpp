@@ -68,10 +68,11 @@ void SearchBeside::work(const std::string& name) {
 
 SearchBeside::Due SearchBeside::begin_frame(bool was_late) {
   const auto now = frames_++;
+  std::shared_ptr<Job> job;  // Before the lock: what it holds is freed without.
   std::unique_lock lock(mutex_);
   if (problem_) std::rethrow_exception(problem_);
   if (pending_.empty() || pending_.front()->due != now) return Due::kNothing;
-  const auto job = pending_.front();
+  job = pending_.front();
   if (waits_ && !was_late) changed_.wait(lock, [&] { return job->done; });
   if (!job->done || was_late) {
     ++late_;

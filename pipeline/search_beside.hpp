@@ -16,12 +16,11 @@ namespace choreo::pipeline {
 
 /// One search after another, in a thread of its own and behind everything else.
 ///
-/// A search that is asked for at one frame takes effect exactly `delay_frames` frames later, or never. So results
-/// depend on the frames and on which searches were late, and on nothing else.
+/// A search that is asked for at one frame takes effect exactly `delay_frames` frames later; where it is late, at a
+/// later frame or never. So results depend on the frames and on which searches were late where, and on nothing else.
 /// @thread thread-bound; one thread asks, and counts the frames.
 class SearchBeside {
  public:
-  /// @param thread  its name, at most 15 characters.
   /// What becomes of a search that is not done when it is due.
   enum class WhenLate {
     kVoid,   ///< It has no effect.
@@ -39,10 +38,10 @@ class SearchBeside {
   enum class Due { kNothing, kDone, kLate };
 
   /// The next frame begins. @return what becomes of the search that is due at it, the eldest that was asked for:
-  /// nothing is due, it is done, or it is void.
-  /// @param is_void  whatever is due, though it may be done.
+  /// nothing is due, it is done, or it is late.
+  /// @param was_late  what is due counts as late, though it may be done: it was so in the run that is replayed.
   /// @throws what a search threw that is due or was void.
-  [[nodiscard]] Due begin_frame(bool is_void);
+  [[nodiscard]] Due begin_frame(bool was_late);
 
   /// Asks for a search at the frame that began last; at most one a frame. What it writes to may be read where it is
   /// done. Where it is late it may still be running: what it writes to must be its own.

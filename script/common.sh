@@ -49,26 +49,30 @@ install_packages() {
   die "these packages could not be installed: ${missing[*]}; all that apt-get said is in $log"
 }
 
-# bring_models: the person network, by npm, into the cache where the program looks for it. Without npm or the network
-# the program works and says what it lacks, so nothing here is a failure.
+# bring_models: the person network, by npm, into the cache where the program looks for it. Without npm, the network or a
+# home the program works and says what it lacks, so nothing here is a failure; it is tried again after a day.
 bring_models() {
-  local folder=${XDG_CACHE_HOME:-$HOME/.cache}/choreoscope/models
-  local package=@mediapipe/pose@0.5.1675469404 log=$root/build/models.log
+  local cache=${XDG_CACHE_HOME:-} package=@mediapipe/pose@0.5.1675469404 log=$root/build/models.log load
+  [ "${cache:0:1}" = / ] || cache=${HOME:-}/.cache
+  local folder=$cache/choreoscope/models
   check_models() { (cd "$1" 2>/dev/null && sha256sum --check --status "$root/script/models.sha256"); }
   check_models "$folder" && return
+  [ -z "$(find "$log" -mtime -1 2>/dev/null)" ] || return 0
   mkdir -p "$root/build"
   step "bringing the person network ($package, Apache-2.0) into $folder"
-  local load
+  command -v npm >/dev/null || (install_packages models) || true
   load=$(mktemp -d)
-  if { command -v npm || (install_packages models); } >"$log" 2>&1 &&
-    (cd "$load" && npm pack --silent --fetch-retries=0 "$package" && tar -xzf ./*.tgz) >>"$log" 2>&1 &&
-    mv "$load/package/pose_solution_packed_assets.data" "$load/package/pose_detection.tflite" &&
-    check_models "$load/package"; then
-    mkdir -p "$folder"
-    while read -r _ file; do install -m 644 "$load/package/$file" "$folder/"; done <"$root/script/models.sha256"
+  if {
+    (cd "$load" && npm pack --loglevel=error --fetch-retries=0 --fetch-timeout=60000 "$package" && tar -xzf ./*.tgz) &&
+      mv "$load/package/pose_solution_packed_assets.data" "$load/package/pose_detection.tflite" &&
+      check_models "$load/package" &&
+      mkdir -p "$folder" &&
+      (cd "$load/package" && install -m 644 $(awk '{ print $2 }' "$root/script/models.sha256") "$folder")
+  } >"$log" 2>&1; then
+    rm -f "$log"
   else
     tail -n 2 "$log" >&2
-    echo "$(basename "$0"): the person network could not be had: joints are not looked for; all that was said is in $log" >&2
+    echo "$(basename "$0"): the person network could not be had: no joints, and no masks of people; all that was said is in $log" >&2
   fi
   rm -rf "$load"
 }

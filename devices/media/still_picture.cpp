@@ -46,10 +46,13 @@ Libav<AVFrame> decode(AVCodecID id, std::span<const std::uint8_t> file) {
   if (avcodec_open2(decoder.get(), codec, nullptr) < 0) return {};
   if (av_new_packet(packet.get(), int(file.size())) < 0) return {};
   std::memcpy(packet->data, file.data(), file.size());
+  forget_libav_message();
   if (avcodec_send_packet(decoder.get(), packet.get()) < 0) return {};
   (void)avcodec_send_packet(decoder.get(), nullptr);  // There is no second one to wait for.
   if (avcodec_receive_frame(decoder.get(), frame.get()) < 0) return {};
-  const bool damaged = (frame->flags & AV_FRAME_FLAG_CORRUPT) != 0 || frame->decode_error_flags != 0;
+  // Of a TIFF whose rows end early FFmpeg says so and calls it a success.
+  const bool damaged = (frame->flags & AV_FRAME_FLAG_CORRUPT) != 0 || frame->decode_error_flags != 0 ||
+                       (id == AV_CODEC_ID_TIFF && !last_libav_message().empty());
   return damaged ? nullptr : std::move(frame);
 }
 
@@ -90,15 +93,17 @@ cv::Mat decode_picture(std::span<const std::uint8_t> file) {
   const auto frame = decode(codec, file);
   if (!frame) return {};
   const auto orientation = orientation_of(*frame);
-  if (has_sixteen_bits(*frame)) {
-    const auto picture = eight_of_sixteen_bits(*frame);
-    return picture.empty() ? picture : oriented(picture, orientation);
-  }
   try {
+    if (has_sixteen_bits(*frame)) {
+      const auto picture = eight_of_sixteen_bits(*frame);
+      return picture.empty() ? picture : oriented(picture, orientation);
+    }
     // Whatever a file says of its resolution, viewers show its pixels as squares.
     return PictureMaker(codec, SWS_BICUBIC).make(*frame, {1, 1}, orientation);
   } catch (const Error&) {
     return {};  // Pixels of a kind that no colour can be made of.
+  } catch (const cv::Exception&) {
+    return {};  // More of them than memory holds.
   }
 }
 

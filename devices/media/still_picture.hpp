@@ -11,7 +11,7 @@ namespace choreo::devices {
 
 /// A PNG, JPEG, BMP, TIFF, WebP, PBM, PGM or PPM file as an upright picture; its first bytes tell which it is.
 ///
-/// 16 bits become 8, grey is repeated, transparency is left out, and the orientation in EXIF is applied.
+/// 16 bits become 8, grey is repeated, transparency is left out, and the orientation in a JPEG's EXIF is applied.
 /// @return CV_8UC3; empty where the file is damaged, truncated, too large or no such picture.
 [[nodiscard]] cv::Mat decode_picture(std::span<const std::uint8_t> file);
 

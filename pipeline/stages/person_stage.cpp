@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/stages/person_stage.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -26,6 +27,18 @@ vision::PersonLook scaled(vision::PersonLook look, double factor) {
   change(look.region);
   change(look.next);
   return look;
+}
+
+// How far the joint went that went farthest, of those that are seen in both.
+double fastest(const vision::PersonLook& a, const vision::PersonLook& b) {
+  constexpr double kSeen = 0.5;
+  double most = 0;
+  for (std::size_t k = 0; k < a.points.size(); ++k) {
+    if (a.points[k].visibility < kSeen || b.points[k].visibility < kSeen) continue;
+    const auto way = b.points[k].at - a.points[k].at;
+    most = std::max(most, std::hypot(way.x, way.y));
+  }
+  return most;
 }
 
 }  // namespace
@@ -70,12 +83,15 @@ void PersonStage::take_effect(const std::shared_ptr<Look>& look, Observation& ob
   ++looks_;
   observation.looked = look->time;
   track_.update(look->seen);
-  last_.reset();
+  const auto before = std::exchange(last_, nullptr);
   if (!look->seen) return;
   ++seen_;
   const auto& picture = observation.picture.empty() ? observation.frame->bgr : observation.picture;
   const double factor = picture.empty() ? 1.0 : double(picture.cols) / look->frame->bgr.cols;
-  last_ = std::make_shared<PersonSighting>(PersonSighting{scaled(*std::move(look->seen), factor), look->time});
+  auto now = std::make_shared<PersonSighting>(PersonSighting{scaled(*std::move(look->seen), factor), look->time, {}});
+  if (before && now->time > before->time)
+    now->speed = fastest(before->look, now->look) / to_seconds(now->time - before->time);
+  last_ = std::move(now);
 }
 
 void PersonStage::process(Observation& observation) {

@@ -18,9 +18,9 @@ struct PersonStageOptions {
   double looks_per_s = 10;  ///< By the frames' own times, [0.1, 1000]; no frame is looked at twice.
   int delay_frames = 4;  ///< Frames from the one that is looked at to the one that knows, [0, 60]; 0: the stage looks
                          ///< itself, and frames wait for it.
-  bool waits = true;     ///< For a look that is not done when it is due; else it is void.
-  /// Told of every look that was not done: the sequence number of the frame at which it was due. Called by the thread
-  /// that calls `process`.
+  bool waits = true;     ///< For a look that is not done when it is due; else it is due at the next frame again.
+  /// Told of every frame at which a look was due and not done: its sequence number. Called by the thread that calls
+  /// `process`.
   std::function<void(std::uint64_t)> on_late = {};
 
   void validate() const;  ///< @throws Error (usage) naming the option, its value and its range.
@@ -39,9 +39,8 @@ class PersonStage final : public Stage {
   [[nodiscard]] std::string name() const override { return "person"; }
   void process(Observation& observation) override;
 
-  [[nodiscard]] std::uint64_t looks() const { return looks_; }                        ///< So far, void ones among them.
-  [[nodiscard]] std::uint64_t late() const { return beside_ ? beside_->late() : 0; }  ///< Of these, void.
-  [[nodiscard]] std::uint64_t seen() const { return seen_; }  ///< Of these, those that showed somebody.
+  [[nodiscard]] std::uint64_t looks() const { return looks_; }  ///< That took effect so far.
+  [[nodiscard]] std::uint64_t seen() const { return seen_; }    ///< Of these, those that showed somebody.
 
  private:
   struct Look;

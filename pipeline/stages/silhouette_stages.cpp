@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/stages/silhouette_stages.hpp"
 
+#include "pipeline/person_evidence.hpp"
 #include "pipeline/working_size.hpp"
 
 namespace choreo::pipeline {
@@ -10,8 +11,10 @@ void PictureStage::process(Observation& observation) {
   if (with_depth_) observation.depth_mm = depth_at_working_size(observation.frame->depth, size_);
 }
 
-void MaskStage::process(Observation& observation) {
-  observation.mask = segmenter_.process(observation.picture, observation.depth_mm, to_seconds(observation.time));
+void MaskStage::process(Observation& o) {
+  vision::PersonEvidence person;
+  if (segmenter_.wants_person() && o.person) person = evidence_of(*o.person, o.picture.size(), o.time);
+  o.mask = segmenter_.process(o.picture, o.depth_mm, to_seconds(o.time), person);
 }
 
 void StateStage::process(Observation& observation) {

@@ -20,7 +20,7 @@ class PictureStage final : public Stage {
   bool with_depth_;
 };
 
-/// picture, depth -> mask.
+/// picture, depth, person -> mask.
 class MaskStage final : public Stage {
  public:
   explicit MaskStage(vision::Segmenter segmenter) : segmenter_(std::move(segmenter)) {}

@@ -127,7 +127,8 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   if (options.signals.particles() || options.signals.reads() || save_particles) {
     chain.emplace(settings, options.signals.reads(), nullptr);
   }
-  auto person = save_joints ? person_stage(settings) : nullptr;
+  const bool masks_of_people = settings.segmentation == "person";
+  auto person = save_joints || masks_of_people ? person_stage(settings) : nullptr;
   SignalTally tally;
   const bool arms = chain && prepared.has_colour();
   if (chain && !arms) tally.no_colour();
@@ -148,17 +149,18 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   };
   std::vector<std::unique_ptr<pipeline::Stage>> stages;
   stages.push_back(std::make_unique<pipeline::PictureStage>(summary.working_size, masker.uses_depth()));
+  const JointsRecord* joints = nullptr;
+  if (person) {
+    stages.push_back(std::move(person));
+    if (save_joints) {
+      auto joints_record = std::make_unique<JointsRecord>(JointsRecord::Keeps::kAll);
+      joints = joints_record.get();
+      stages.push_back(std::move(joints_record));
+    }
+  }
   stages.push_back(std::make_unique<pipeline::MaskStage>(std::move(masker)));
   stages.push_back(std::make_unique<pipeline::StateStage>(settings.motion_window_s));
   if (arms) chain->add_to(stages);
-  const auto* joints = [&]() -> const JointsRecord* {
-    if (!person) return nullptr;
-    stages.push_back(std::move(person));
-    auto record = std::make_unique<JointsRecord>();
-    const auto* made = record.get();
-    stages.push_back(std::move(record));
-    return made;
-  }();
   std::unique_ptr<KeptStates> states;
   summary.particles = arms && options.signals.particles();
   if (summary.particles) {

@@ -273,7 +273,7 @@ int live(const LiveOptions& options, Session& session) {
     chain.emplace(settings, options.signals.reads(), std::move(on_late), length);
   }
   std::unique_ptr<pipeline::PersonStage> owned_person;
-  if (options.joints) {
+  if (options.joints || settings.segmentation == "person") {
     std::function<void(std::uint64_t)> on_late;
     if (keeps_up) {
       on_late = [&take](std::uint64_t frame) {
@@ -293,7 +293,9 @@ int live(const LiveOptions& options, Session& session) {
   const bool particles = arms && options.signals.particles();
   summary.particles = particles;
   const auto capacity = ring_capacity(length, summary.source.nominal_fps / double(summary.every));
-  require_memory(options, capacity * LiveHistory::bytes_per_row(particles, summary.working_size, prepared.kernel));
+  auto history_bytes = capacity * LiveHistory::bytes_per_row(particles, summary.working_size, prepared.kernel);
+  if (options.joints && files) history_bytes += JointsRecord::bytes_of(capacity, to_seconds(length), settings);
+  require_memory(options, history_bytes);
   if (files) {
     const auto expected = expected_frames(summary, prepared.selection, capacity);
     const auto frames = expected > 0 ? expected : capacity;
@@ -358,7 +360,7 @@ int live(const LiveOptions& options, Session& session) {
       if (picture.rows < kShownRows) cv::resize(picture, picture, size, 0, 0, cv::INTER_LINEAR);
       picture = outputs::drawn_over(picture, overlay_of(o, picture.size()));
     }
-    if (o.person && joints_shown) {
+    if (o.person && options.joints && joints_shown) {
       picture = outputs::joints_drawn_over(picture, o.person->look, double(picture.cols) / o.picture.cols);
     }
     window->show(picture, o.mask.mask, to_seconds(o.time), o.z_row, o.zstar_row);
@@ -367,17 +369,19 @@ int live(const LiveOptions& options, Session& session) {
 
   std::vector<std::unique_ptr<pipeline::Stage>> stages;
   stages.push_back(std::make_unique<pipeline::PictureStage>(summary.working_size, masker.uses_depth()));
+  if (owned_person) {
+    stages.push_back(std::move(owned_person));
+  }
   stages.push_back(std::make_unique<pipeline::MaskStage>(std::move(masker)));
   stages.push_back(std::make_unique<pipeline::StateStage>(settings.motion_window_s));
   if (arms) chain->add_to(stages);
+  stages.push_back(history.stage(length, clock, &row_cost));
   const JointsRecord* joints = nullptr;
-  if (owned_person) {
-    stages.push_back(std::move(owned_person));
-    auto joints_record = std::make_unique<JointsRecord>(length);
+  if (options.joints && files) {
+    auto joints_record = std::make_unique<JointsRecord>(JointsRecord::Keeps::kHistory);
     joints = joints_record.get();
     stages.push_back(std::move(joints_record));
   }
-  stages.push_back(history.stage(length, clock, &row_cost));
   auto owned_record = std::make_unique<LiveRecordStage>(
       ThumbnailKeeper(settings.plot.thumbnails, settings.plot.thumbnails_at_s), particles, show);
   auto& record = *owned_record;
@@ -443,8 +447,9 @@ int live(const LiveOptions& options, Session& session) {
   }
   if (options.signals.reads()) tell_reading(*chain, tally, console);
   if (person != nullptr) {
-    const auto seconds = to_seconds(Nanoseconds(summary.run.wall));
-    if (const auto few = few_looks(*person, settings, seconds); few && keeps_up) console.warn(*few);
+    const auto seconds = to_seconds(summary.run.wall);
+    const auto few = few_looks(*person, settings, seconds, summary.run.frames);
+    if (few && keeps_up) console.warn(*few);
   }
   if (summary.run.problem) std::rethrow_exception(summary.run.problem);
   if (ring.size() == 0 && !ended.stop_requested()) {

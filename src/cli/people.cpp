@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/people.hpp"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -13,23 +14,29 @@ namespace {
 
 std::unique_ptr<pipeline::PersonStage> make(const config::Options& settings, int threads,
                                             pipeline::PersonStageOptions options) {
-  options.looks_per_s = settings.person.looks_per_s;
-  auto search = pipeline::load_person_search({settings.person.models, settings.person.network == "lite", threads});
-  return std::make_unique<pipeline::PersonStage>(std::move(search), std::move(options));
+  return std::make_unique<pipeline::PersonStage>(load_people(settings, threads), std::move(options));
 }
 
 }  // namespace
 
+vision::PersonSearch load_people(const config::Options& settings, int threads) {
+  return pipeline::load_person_search({settings.person.models, settings.person.network == "lite", threads});
+}
+
 std::unique_ptr<pipeline::PersonStage> person_stage(const config::Options& settings) {
   pipeline::PersonStageOptions options;
   options.delay_frames = 0;
-  return make(settings, 2, std::move(options));
+  // A mask between two looks is a guess where anything moves fast, and a recording has time.
+  constexpr double kEveryFrame = 1000;
+  options.looks_per_s = settings.segmentation == "person" ? kEveryFrame : settings.person.looks_per_s;
+  return make(settings, kLookingThreads, std::move(options));
 }
 
 std::unique_ptr<pipeline::PersonStage> person_stage_beside(const config::Options& settings,
                                                            std::function<void(std::uint64_t)> on_late) {
   pipeline::PersonStageOptions options;
   options.delay_frames = settings.person.delay_frames;
+  options.looks_per_s = settings.person.looks_per_s;
   options.waits = on_late == nullptr;
   options.on_late = std::move(on_late);
   return make(settings, 1, std::move(options));
@@ -38,10 +45,15 @@ std::unique_ptr<pipeline::PersonStage> person_stage_beside(const config::Options
 void JointsRecord::process(pipeline::Observation& o) {
   frames_.push_back({o.frame->sequence + 1, to_seconds(o.time)});
   if (o.looked) looks_.emplace_back(to_seconds(*o.looked), o.person ? &o.person->look : nullptr);
-  if (!history_) return;
-  const double oldest = to_seconds(o.time - *history_);
-  while (frames_.front().time_s < oldest) frames_.pop_front();
-  while (!looks_.empty() && looks_.front().time_s < oldest) looks_.pop_front();
+  if (keeps_ == Keeps::kAll) return;
+  while (frames_.size() > o.z_row.size()) frames_.pop_front();
+  // The last look before them says where the first of them are between.
+  while (looks_.size() > 1 && looks_[1].time_s <= frames_.front().time_s) looks_.pop_front();
+}
+
+std::uint64_t JointsRecord::bytes_of(std::size_t frames, double seconds, const config::Options& settings) {
+  const double looks = std::min(double(frames), settings.person.looks_per_s * seconds);
+  return frames * sizeof(outputs::JointsFrame) + std::uint64_t(looks) * sizeof(outputs::JointsLook);
 }
 
 std::string JointsRecord::csv() const {
@@ -49,8 +61,8 @@ std::string JointsRecord::csv() const {
 }
 
 std::optional<std::string> few_looks(const pipeline::PersonStage& person, const config::Options& settings,
-                                     double seconds) {
-  const double wanted = settings.person.looks_per_s * seconds;
+                                     double seconds, std::uint64_t frames) {
+  const double wanted = std::min(settings.person.looks_per_s * seconds, double(frames) / settings.person.delay_frames);
   if (2 * (double(person.looks()) + 1) >= wanted) return std::nullopt;
   return fmt::format(
       "the machine was too busy to look for the person more often than {:.1f} times a second; person.looks_per_s asks "

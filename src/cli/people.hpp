@@ -17,6 +17,11 @@
 
 namespace choreo::cli {
 
+inline constexpr int kLookingThreads = 2;  ///< Of recordings, whose frames wait.
+
+/// The network that the settings name. @throws Error (usage) where a file is missing or cannot be used.
+[[nodiscard]] vision::PersonSearch load_people(const config::Options& settings, int threads);
+
 /// The stage of a recording, whose frames wait for looks, as quick as two threads are.
 /// @throws Error (usage) where a network is missing or cannot be used.
 [[nodiscard]] std::unique_ptr<pipeline::PersonStage> person_stage(const config::Options& settings);
@@ -27,11 +32,16 @@ namespace choreo::cli {
 [[nodiscard]] std::unique_ptr<pipeline::PersonStage> person_stage_beside(const config::Options& settings,
                                                                          std::function<void(std::uint64_t)> on_late);
 
-/// Keeps the joints of every look, of a live run those of its history.
+/// Keeps the joints of every look, of a live run those of the frames in its history.
 class JointsRecord final : public pipeline::Stage {
  public:
-  /// @param history  what is older than this is forgotten; nothing: it is all kept.
-  explicit JointsRecord(std::optional<Nanoseconds> history = std::nullopt) : history_(history) {}
+  enum class Keeps { kAll, kHistory };
+
+  /// @param keeps  kHistory comes after HistoryStage, and forgets the frames that it forgets.
+  explicit JointsRecord(Keeps keeps) : keeps_(keeps) {}
+
+  /// Bytes of a history of so many frames and so many seconds, at most.
+  [[nodiscard]] static std::uint64_t bytes_of(std::size_t frames, double seconds, const config::Options& settings);
 
   [[nodiscard]] std::string name() const override { return "joints"; }
   void process(pipeline::Observation& observation) override;
@@ -39,13 +49,14 @@ class JointsRecord final : public pipeline::Stage {
   [[nodiscard]] std::string csv() const;
 
  private:
-  std::optional<Nanoseconds> history_;
+  Keeps keeps_;
   std::deque<outputs::JointsFrame> frames_;
   std::deque<outputs::JointsLook> looks_;
 };
 
-/// After a live run of so many seconds: one line where it looked less than half as often as the settings ask for.
+/// After a live run of so many seconds and frames: one line where it looked less than half as often as the settings ask
+/// for, and as one look at a time allows.
 [[nodiscard]] std::optional<std::string> few_looks(const pipeline::PersonStage& person, const config::Options& settings,
-                                                   double seconds);
+                                                   double seconds, std::uint64_t frames);
 
 }  // namespace choreo::cli

@@ -14,7 +14,9 @@
 
 #include "cli/drivers.hpp"
 #include "cli/memory.hpp"
+#include "cli/people.hpp"
 #include "cli/plate.hpp"
+#include "pipeline/person_evidence.hpp"
 #include "pipeline/working_size.hpp"
 #include "vision/colourless.hpp"
 
@@ -135,16 +137,29 @@ void Preparation::require_memory() const {
 vision::Segmenter Preparation::learn() {
   require_memory();
   const auto start = clock_.now();
+  std::optional<vision::PersonSearch> search;
+  vision::PersonTrack track;
+  if (segmentation_ == vision::Segmentation::kPerson) search.emplace(load_people(settings_, kLookingThreads));
+  const auto people = [&](const cv::Mat& picture) -> vision::PersonEvidence {
+    const auto look = search->search(picture, track.next());
+    track.update(look);
+    return look ? pipeline::evidence_of(*look, picture.size()) : vision::PersonEvidence{};
+  };
   auto learned = pipeline::learn_background(
       std::move(source), spec_, plate_, settings_.working_rows, [this] { return open(); },
       [&](double share) { session_.console.progress("learning the background", share); }, stop,
-      settings_.mask.infer_unseen, segmentation_, settings_.depth.margin());
+      settings_.mask.infer_unseen, segmentation_, settings_.depth.margin(), people);
   session_.console.finish_progress();
   if (!learned) throw Interrupted{};
   source = std::move(learned->source);
   summary.learn_wall = clock_.now() - start;
   summary.background = learned->estimate;
   summary.background_pictures = learned->pictures;
+  if (segmentation_ == vision::Segmentation::kPerson) {
+    vision::PersonMasker masker(learned->estimate, settings_.mask);
+    summary.threshold = masker.threshold();
+    return masker;
+  }
   std::optional<vision::BodyMasker> colour;
   if (segmentation_ != vision::Segmentation::kDepth) {
     colour.emplace(learned->estimate, settings_.mask);

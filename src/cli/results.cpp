@@ -16,9 +16,9 @@ namespace choreo::cli {
 namespace {
 
 // What a run may write, and an earlier run may have left.
-constexpr const char* kAllFiles[] = {"plot.png",     "triangle.png", "z.npy",       "zstar.npy",    "times.npy",
-                                     "frames.csv",   "masks.npy",    "plot.svg",    "triangle.svg", "particles.csv",
-                                     "letters.json", "pictures.png", "summary.json"};
+constexpr const char* kAllFiles[] = {"plot.png",     "triangle.png", "z.npy",      "zstar.npy",    "times.npy",
+                                     "frames.csv",   "masks.npy",    "plot.svg",   "triangle.svg", "particles.csv",
+                                     "letters.json", "pictures.png", "joints.csv", "summary.json"};
 
 std::vector<std::string> warnings_of(const Summary& s, const config::Options& settings, const Gathered& gathered) {
   auto warnings = gathered.source_warnings;

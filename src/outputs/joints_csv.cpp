@@ -8,12 +8,12 @@
 namespace choreo::outputs {
 namespace {
 
-constexpr std::size_t kNumbers = std::tuple_size_v<JointsLook::Point>;
+constexpr std::size_t kNumbers = std::tuple_size_v<PersonJoints::Point>;
 
 float between(float a, float b, double share) { return float((1 - share) * double(a) + share * double(b)); }
 
-JointsLook::Person between(const JointsLook::Person& a, const JointsLook::Person& b, double share) {
-  JointsLook::Person out;
+PersonJoints between(const PersonJoints& a, const PersonJoints& b, double share) {
+  PersonJoints out;
   out.score = between(a.score, b.score, share);
   for (std::size_t k = 0; k < out.points.size(); ++k) {
     for (std::size_t i = 0; i < kNumbers; ++i) {
@@ -23,7 +23,7 @@ JointsLook::Person between(const JointsLook::Person& a, const JointsLook::Person
   return out;
 }
 
-void write(std::string& csv, const JointsLook::Person& person) {
+void write(std::string& csv, const PersonJoints& person) {
   const auto out = std::back_inserter(csv);
   fmt::format_to(out, "{:.3f}", person.score);
   for (const auto& p : person.points) {

@@ -21,16 +21,18 @@
 
 namespace choreo::outputs {
 
-/// What a look told, without its silhouette.
-struct JointsLook {
+/// A person's joints, small enough to be kept for hours.
+struct PersonJoints {
   using Point = std::array<float, 6>;  ///< Pixels, visibility, metres.
-  struct Person {
-    float score = 0;
-    std::array<Point, vision::kPersonPoints> points{};
-  };
 
-  double time_s = 0;             ///< Of the frame that was looked at.
-  std::optional<Person> person;  ///< Nothing: nobody was there.
+  float score = 0;
+  std::array<Point, vision::kPersonPoints> points{};
+};
+
+/// What a look told.
+struct JointsLook {
+  double time_s = 0;                   ///< Of the frame that was looked at.
+  std::optional<PersonJoints> person;  ///< Nothing: nobody was there.
 
   JointsLook(double time, const vision::PersonLook* look);  ///< Null: nobody was there.
 };

@@ -44,7 +44,7 @@ cv::Mat joints_drawn_over(const cv::Mat& picture, const vision::PersonLook& look
   canvas.image(picture, {0, 0, double(picture.cols), double(picture.rows)}, Scaling::kCrisp, {});
   const double pen = std::max(1.5, picture.rows / 160.0);
   const auto place = [&](Name name) {
-    const auto at = scale * look[name].at;
+    const auto at = scale * (look[name].at + cv::Point2d(0.5, 0.5));  // Cairo counts from the first pixel's border.
     return Point{at.x, at.y};
   };
   for (const auto& bone : kBones) {

@@ -37,8 +37,11 @@ cv::Mat agrees(const cv::Mat& colour, const cv::Mat& sure, int reach) {
 }  // namespace
 
 Segmentation segmentation_named(std::string_view name) {
-  assert(name == "colour" || name == "depth" || name == "both");
-  return name == "colour" ? Segmentation::kColour : name == "depth" ? Segmentation::kDepth : Segmentation::kBoth;
+  if (name == "colour") return Segmentation::kColour;
+  if (name == "depth") return Segmentation::kDepth;
+  if (name == "both") return Segmentation::kBoth;
+  assert(name == "person");
+  return Segmentation::kPerson;
 }
 
 cv::Mat combined(const cv::Mat& by_colour, const cv::Mat& by_depth, const cv::Mat& known, int edge_px) {
@@ -58,10 +61,14 @@ cv::Mat combined(const cv::Mat& by_colour, const cv::Mat& by_depth, const cv::Ma
 
 Segmenter::Segmenter(BodyMasker colour) : colour_(std::move(colour)) {}
 
+Segmenter::Segmenter(PersonMasker person) : person_(std::move(person)) {}
+
 Segmenter::Segmenter(std::optional<BodyMasker> colour, DepthMasker depth, MaskOptions options)
     : colour_(std::move(colour)), depth_(std::move(depth)), options_(std::move(options)) {}
 
-MaskResult Segmenter::process(const cv::Mat& picture, const cv::Mat& depth_mm, double time_s) {
+MaskResult Segmenter::process(const cv::Mat& picture, const cv::Mat& depth_mm, double time_s,
+                              const PersonEvidence& person) {
+  if (person_) return person_->process(picture, person, time_s);
   MaskResult by_colour;
   if (colour_) by_colour = colour_->process(picture, time_s);
   if (!depth_) return by_colour;

@@ -9,13 +9,14 @@
 
 #include "vision/body_masker.hpp"
 #include "vision/depth_masker.hpp"
+#include "vision/person_masker.hpp"
 
 namespace choreo::vision {
 
 /// What decides which pixels are body.
-enum class Segmentation { kColour, kDepth, kBoth };
+enum class Segmentation { kColour, kDepth, kBoth, kPerson };
 
-/// @param name  "colour", "depth" or "both" (asserted).
+/// @param name  "colour", "depth", "both" or "person" (asserted).
 [[nodiscard]] Segmentation segmentation_named(std::string_view name);
 
 /// One mask of two: depth decides where it is known, colour where it is not and along the edges.
@@ -26,12 +27,15 @@ enum class Segmentation { kColour, kDepth, kBoth };
 /// @param by_colour, by_depth, known  CV_8UC1, 0 or 255, of one size; `known` is where depth decided.
 [[nodiscard]] cv::Mat combined(const cv::Mat& by_colour, const cv::Mat& by_depth, const cv::Mat& known, int edge_px);
 
-/// Makes body masks by colour, by depth or by both.
+/// Makes body masks by colour, by depth, by both, or of a person.
 /// @thread thread-bound
 class Segmenter {
  public:
   /// By colour alone: what `colour` gives, to the last bit.
   Segmenter(BodyMasker colour);  // NOLINT(google-explicit-constructor): such a masker is a segmenter.
+
+  /// Of a person: what `person` gives, to the last bit.
+  Segmenter(PersonMasker person);  // NOLINT(google-explicit-constructor): likewise.
 
   /// By depth alone, or, with `colour`, by both.
   Segmenter(std::optional<BodyMasker> colour, DepthMasker depth, MaskOptions options);
@@ -40,15 +44,19 @@ class Segmenter {
   /// @param depth_mm  CV_16UC1 of the picture's size. Empty where a frame has none: there is no body by depth then, and
   ///   by both colour decides alone. Not looked at where colour alone decides.
   /// @param time_s    seconds, increasing.
-  [[nodiscard]] MaskResult process(const cv::Mat& picture, const cv::Mat& depth_mm, double time_s);
+  /// @param person    looked at of a person alone.
+  [[nodiscard]] MaskResult process(const cv::Mat& picture, const cv::Mat& depth_mm, double time_s,
+                                   const PersonEvidence& person = {});
 
   [[nodiscard]] bool uses_depth() const { return depth_.has_value(); }
+  [[nodiscard]] bool wants_person() const { return person_.has_value(); }
 
  private:
   [[nodiscard]] MaskResult finished(cv::Mat mask, const DepthMask& depth) const;
 
   std::optional<BodyMasker> colour_;
   std::optional<DepthMasker> depth_;
+  std::optional<PersonMasker> person_;
   MaskOptions options_;
 };
 

@@ -23,7 +23,7 @@ namespace {
 constexpr std::size_t kTries = 4;           // Pictures that the others are laid on, to find one that most lie on.
 constexpr std::size_t kMostFruitless = 64;  // Pictures tried in a row to no end, where that cost alignments.
 constexpr std::size_t kFew = 32;            // Pictures of which every pair may be aligned.
-constexpr std::size_t kBlock = 32;          // Pictures aligned between two reports.
+constexpr std::size_t kPatch = 32;          // Pictures aligned between two reports.
 constexpr double kMostMargin = 0.08;        // Of the picture's side, that the canvas reaches beyond the reference.
 constexpr double kNoiseFactor = 4;          // Threshold over noise.
 constexpr double kUnrestFactor = 3;         // Threshold over what the pictures commonly differ at a pixel,
@@ -158,8 +158,8 @@ class Aligner {
       if (sketches_.empty() || sketches_[reference].may_share(sketches_[i])) others.push_back(i);
     }
     std::vector<SceneAlignment> found(others.size());
-    for (std::size_t begin = 0; begin < others.size(); begin += kBlock) {
-      const auto end = std::min(others.size(), begin + kBlock);
+    for (std::size_t begin = 0; begin < others.size(); begin += kPatch) {
+      const auto end = std::min(others.size(), begin + kPatch);
       tbb::parallel_for(begin, end, [&](std::size_t i) {
         if (!stopped()) found[i] = align_scene(pictures_[reference], pictures_[others[i]]);
       });

@@ -69,7 +69,7 @@ std::vector<Case> cases() {
                                            "1",
                                            repeated("[0, 0, 1, 1]", 65)};
   return {
-      {"segmentation", {"\"colour\"", "\"depth\"", "\"both\""}, kNoWord},
+      {"segmentation", {"\"colour\"", "\"depth\"", "\"both\"", "\"person\""}, kNoWord},
       {"background.from",
        {"\"auto\"", "\"first:1s\"", "\"first:0.5\"", "\"first:10min\"", "\"a plate.png\"",
         R"("C:\\x \"y\" \u007f\t\n")", "'/tmp/\u00e9.png'"},

@@ -136,6 +136,12 @@ TEST(StillPicture, WhatIsNoPictureIsEmptyAndSoIsADamagedOne) {
   EXPECT_TRUE(decode_picture(Bytes(huge.begin(), huge.end())).empty());
 }
 
+TEST(StillPicture, ATiffWhoseRowsAreDamagedIsNone) {
+  const auto whole = encoded(".tif", noise({64, 48}, CV_8UC3, 6), {cv::IMWRITE_TIFF_COMPRESSION, 5});  // LZW.
+  ASSERT_FALSE(decode_picture(whole).empty());
+  EXPECT_TRUE(decode_picture(std::span(whole).first(whole.size() * 3 / 4)).empty());
+}
+
 TEST(StillPicture, EveryTruncationIsFound) {
   const auto picture = noise({12, 10}, CV_8UC3, 5);
   for (const auto* ending : {".png", ".jpg", ".bmp", ".ppm", ".webp"}) {

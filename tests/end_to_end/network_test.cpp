@@ -69,7 +69,7 @@ TEST_F(NetworkLive, CtrlCEndsItWhileTheCameraIsFrozen) {
   const LoopbackServer server([&, first = true](Caller& caller) mutable {
     (void)caller.request();
     bool there = send_multipart_head(caller);
-    for (int k = 0; there && k < 130; ++k) there = send_part(caller, jpeg_of(numbered_picture(k))) && caller.wait(25ms);
+    for (int k = 0; there && k < 170; ++k) there = send_part(caller, jpeg_of(numbered_picture(k))) && caller.wait(25ms);
     if (there && std::exchange(first, false)) frozen.set_value();
     caller.wait_for_the_end();
   });

@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "end_to_end/choreoscope_run.hpp"
+#include "end_to_end/mask_truth.hpp"
 
 namespace choreo::test {
 namespace {
@@ -44,11 +45,8 @@ struct Table {
 class People : public ::testing::Test {
  protected:
   void SetUp() override {
-    const auto listed = nlohmann::json::parse(choreoscope({"devices", "--json"}).out);
-    ASSERT_EQ(listed["models"].size(), 3u);
-    for (const auto& model : listed["models"]) {
-      if (!model["is_there"].get<bool>()) GTEST_SKIP() << "there is no " << model["file"] << ": script/run brings it";
-    }
+    const auto missing = missing_person_network();
+    if (!missing.empty()) GTEST_SKIP() << "there is no " << missing << ": script/run brings it";
   }
 
   TempFolder folder_;
@@ -81,6 +79,38 @@ TEST_F(People, AnalyzeSavesTheJointsOfEveryFrame) {
   EXPECT_GT(bodies, 50);
   EXPECT_GE(seen, bodies * 9 / 10) << "of " << frames.rows.size();
   EXPECT_LE(seen, bodies + 4);
+}
+
+// Whether or not the empty room is ever seen.
+TEST_F(People, MasksOfAPersonAreThePersonsAlone) {
+  const std::string person = "segmentation=person";
+  EXPECT_GT(mean_iou("synthetic://side-kicks?size=320x240&fps=15&duration=3&empty=0", {"--set", person}), 0.95);
+  EXPECT_GT(mean_iou("synthetic://dancing?size=320x240&fps=15&duration=3&empty=1", {"--set", person}), 0.95);
+}
+
+// As `live` does it: the first two seconds are the background's, and looks come late.
+TEST_F(People, LiveMasksOfAPersonAreReplayedToTheLastBit) {
+  const auto live = [&](const std::string& source, const std::string& out, std::vector<std::string> more) {
+    std::vector<std::string> arguments = {"live",
+                                          source,
+                                          "--headless",
+                                          "--out",
+                                          folder_ / out,
+                                          "--set",
+                                          "segmentation=person",
+                                          "--set",
+                                          "plot.width_px=320"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const auto run = choreoscope(arguments);
+    EXPECT_EQ(run.status, 0) << run.told();
+  };
+  live("synthetic://dancing?size=320x240&fps=30&duration=1.5&empty=2.1", "live", {"--record", folder_ / "take.mkv"});
+  live((folder_ / "take.mkv") + "?frames=processed", "replay", {"--pace", "max"});
+  EXPECT_TRUE(read_bytes(folder_ / "live/frames.csv") == read_bytes(folder_ / "replay/frames.csv"));
+  EXPECT_TRUE(read_bytes(folder_ / "live/z.npy") == read_bytes(folder_ / "replay/z.npy"));
+  int bodies = 0;
+  for (const auto& row : Table(folder_ / "live/frames.csv").rows) bodies += row.at("body") == 1 ? 1 : 0;
+  EXPECT_GT(bodies, 20);
 }
 
 // A look that is due at the next frame, 17 ms later, is rarely done by then.
@@ -119,6 +149,7 @@ TEST(PeopleWithoutANetwork, AreRefusedBeforeAnythingIsRead) {
     EXPECT_TRUE(files_in(folder.path()).empty());
   };
   without({"analyze", "synthetic://dancing?duration=1", "--save", "joints"});
+  without({"analyze", "synthetic://dancing?duration=1", "--set", "segmentation=person"});
   without({"live", "synthetic://dancing?duration=1", "--joints"});
 }
 

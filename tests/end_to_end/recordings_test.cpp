@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "end_to_end/choreoscope_run.hpp"
+#include "support/outlines.hpp"
 #include "support/places.hpp"
 #include "support/shared_data.hpp"
 
@@ -22,21 +23,6 @@ constexpr double kLeastOverlap = 0.85;
   GTEST_SKIP() << "the recordings in ../shared/data are not here; see " \
                   "tests/support/shared_data.hpp"
 
-// Polygons in pixels of the frame, filled.
-cv::Mat filled(const nlohmann::json& body, const nlohmann::json& holes, cv::Size size) {
-  cv::Mat mask = cv::Mat::zeros(size, CV_8UC1);
-  const auto fill = [&](const nlohmann::json& polygons, int value) {
-    for (const auto& polygon : polygons) {
-      std::vector<cv::Point> points;
-      for (const auto& p : polygon) points.emplace_back(cvRound(p.at(0).get<double>()), cvRound(p.at(1).get<double>()));
-      cv::fillPoly(mask, std::vector<std::vector<cv::Point>>{points}, value);
-    }
-  };
-  fill(body, 255);
-  fill(holes, 0);
-  return mask;
-}
-
 nlohmann::json outlines_of(const std::string& name) {
   std::ifstream file(project_file("tests/data/outlines/") + name);
   auto outlines = nlohmann::json::parse(file);
@@ -45,10 +31,11 @@ nlohmann::json outlines_of(const std::string& name) {
 }
 
 // Analyses a clip with its masks, however long that takes.
-Outcome analyze_patiently(const std::string& clip, const std::string& out) {
+Outcome analyze_patiently(const std::string& clip, const std::string& out, std::vector<std::string> more = {}) {
   RunOptions patient;
   patient.limit = std::chrono::minutes(8);
-  return analyze(clip, out, {"--save", "masks"}, patient);
+  more.insert(more.end(), {"--save", "masks"});
+  return analyze(clip, out, more, patient);
 }
 
 double overlap_of(const cv::Mat& found, const cv::Mat& truth) {
@@ -116,6 +103,38 @@ TEST_P(NeverLeaves, OutlinesByHandAreMetThoughTheWallBehindWasNeverSeen) {
   EXPECT_EQ(results.summary.at("background").at("uncertain"), true);
   EXPECT_FALSE(run.err_lines("choreoscope: warning: the background is uncertain").empty());
 }
+
+// The same outlines by the person network, which needs no empty room.
+class MasksOfPeople : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(MasksOfPeople, MeetOutlinesByHand) {
+  const auto outlines = outlines_of(GetParam());
+  const auto clip = shared_data(outlines.at("clip").get<std::string>());
+  NEEDS(clip);
+  const auto missing = missing_person_network();
+  if (!missing.empty()) GTEST_SKIP() << "there is no " << missing << ": script/run brings it";
+  const TempFolder folder;
+  (void)analyze_patiently(clip, folder / "out", {"--set", "segmentation=person"});
+  const cv::Size full(outlines.at("size").at(0).get<int>(), outlines.at("size").at(1).get<int>());
+  double sum = 0;
+  for (const auto& frame : outlines.at("frames")) {
+    const auto one = read_npy(folder / "out/masks.npy", frame.at("frame").get<std::size_t>() - 1, 1);
+    const cv::Size working(int(one.shape.at(2)), int(one.shape.at(1)));
+    cv::Mat truth;
+    cv::resize(filled(frame.at("body"), frame.at("holes"), full), truth, working, 0, 0, cv::INTER_AREA);
+    truth = truth >= 128;
+    const cv::Mat found = cv::Mat(working, CV_8UC1, const_cast<std::uint8_t*>(one.data.data())) != 0;
+    const double overlap = overlap_of(found, truth);
+    std::printf("%s frame %d, by the network: intersection over union %.3f\n", GetParam(), frame.at("frame").get<int>(),
+                overlap);
+    sum += overlap;
+  }
+  std::printf("%s, by the network: mean %.3f\n", GetParam(), sum / 6);
+  EXPECT_GE(sum / 6, kLeastOverlap);
+}
+
+INSTANTIATE_TEST_SUITE_P(Outlines, MasksOfPeople,
+                         ::testing::Values("intel_one_by_one.json", "pose2sim_cam01.json", "pose2sim_cam02.json"));
 
 INSTANTIATE_TEST_SUITE_P(Pose2Sim, NeverLeaves, ::testing::Values("pose2sim_cam01.json", "pose2sim_cam02.json"));
 

@@ -122,18 +122,26 @@ void source_uri(std::string_view text) {
 void tflite(std::string_view bytes) {
   accepted([&] {
     const auto graph = vision::read_tflite({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
-    std::vector<bool> known;
+    std::vector<bool> known(graph.tensors.size(), false);
+    std::size_t numbers = 0;
     for (const auto& tensor : graph.tensors) {
-      known.push_back(!tensor.constant.empty());
+      numbers += tensor.count();
       promise(tensor.constant.empty() || tensor.constant.size() == tensor.count(), "weights fill their shape");
     }
     known.at(std::size_t(graph.input)) = true;
     for (const auto& node : graph.nodes) {
-      for (const int k : node.inputs) promise(known.at(std::size_t(k)), "what is read was computed before");
+      const bool weighed = node.operation == vision::NetworkOperation::kConvolution ||
+                           node.operation == vision::NetworkOperation::kDepthwise;
+      for (std::size_t k = 0; k < node.inputs.size(); ++k) {
+        const auto input = std::size_t(node.inputs[k]);
+        promise(weighed && k > 0 ? !graph.tensors.at(input).constant.empty() : bool(known.at(input)),
+                "what is read was computed before");
+      }
       promise(!known.at(std::size_t(node.output)), "nothing is computed twice");
       known.at(std::size_t(node.output)) = true;
     }
     promise(!graph.outputs.empty(), "something comes out");
+    promise(numbers <= std::size_t{1} << 26U, "memory holds it");
     for (const auto& output : graph.outputs) {
       for (const int k : output.parts) promise(known.at(std::size_t(k)), "what comes out was computed");
     }

@@ -1,15 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 // The person network that users have, on the synthetic performer; skipped where script/run could not bring it.
 #include <cstdio>
+#include <fstream>
+#include <map>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
+#include "devices/registry.hpp"
 #include "devices/synthetic/performer.hpp"
+#include "devices/video_file/video_file.hpp"
 #include "pipeline/model_file.hpp"
 #include "pipeline/person_models.hpp"
+#include "support/outlines.hpp"
+#include "support/shared_data.hpp"
 #include "vision/network/network.hpp"
 #include "vision/network/tflite_reader.hpp"
 #include "vision/plain_network.hpp"
@@ -40,6 +47,12 @@ TEST(PersonNetworkAsDelivered, IsComputedAsItsOperationsAreDefined) {
     input[k] = float(picture.ptr<std::uint8_t>()[3 * (k / 3) + 2 - k % 3]) / 255;
   }
   network.run();
+  vision::Network alone(graph, 1);
+  std::ranges::copy(input, alone.input().begin());
+  alone.run();
+  for (std::size_t k = 0; k < network.outputs(); ++k) {
+    EXPECT_TRUE(std::ranges::equal(network.output(k), alone.output(k))) << "one thread or two, to the last bit";
+  }
   const auto defined = test::evaluate(graph, input);
   ASSERT_EQ(network.outputs(), defined.size());
   for (std::size_t k = 0; k < defined.size(); ++k) {
@@ -86,6 +99,52 @@ TEST_P(PersonRecall, TheSilhouetteIsThePerformersAndNobodyIsInTheEmptyRoom) {
   EXPECT_EQ(seen, bodies);
   EXPECT_GT(bodies, 40);
   EXPECT_GT(sum / seen, 0.95);
+}
+
+// Somebody's silhouettes against outlines that were drawn by hand before any mask was looked at (tests/data/outlines).
+TEST_P(PersonRecall, TheSilhouettesOfPeopleMeetOutlinesByHand) {
+  const PersonModelOptions options{"", GetParam(), kThreads};
+  const auto missing = missing_person_models(options);
+  if (!missing.empty()) GTEST_SKIP() << "there is no " << missing << ": script/run brings it";
+  auto search = load_person_search(options);
+  for (const auto* name : {"intel_one_by_one.json", "pose2sim_cam01.json", "pose2sim_cam02.json"}) {
+    std::ifstream file(test::project_file("tests/data/outlines/") + name);
+    const auto outlines = nlohmann::json::parse(file);
+    const auto clip = test::shared_data(outlines.at("clip").get<std::string>());
+    if (clip.empty()) GTEST_SKIP() << "the recordings in ../shared/data are not here: " << outlines.at("clip");
+    std::map<std::uint64_t, cv::Mat> truth;
+    for (const auto& frame : outlines.at("frames")) {
+      const cv::Size size(outlines.at("size").at(0).get<int>(), outlines.at("size").at(1).get<int>());
+      truth[frame.at("frame").get<std::uint64_t>()] = test::filled(frame.at("body"), frame.at("holes"), size);
+    }
+    devices::Registry registry;
+    registry.add(devices::video_file_driver());
+    const auto source = registry.open(clip);
+    vision::PersonTrack track;
+    double sum = 0, worst = 1;
+    int met = 0;
+    for (std::uint64_t k = 1; met < int(truth.size()); ++k) {
+      const auto frame = source->read({});
+      ASSERT_TRUE(frame) << name;
+      const auto outlined = truth.find(k);
+      // As often as the program looks, and at the outlined ones.
+      if (outlined == truth.end() && k % std::uint64_t(std::max(1.0, source->info().nominal_fps / 10)) != 0) continue;
+      const auto look = search.search(frame->bgr, track.next());
+      track.update(look);
+      if (outlined == truth.end()) continue;
+      ++met;
+      double iou = 0;
+      if (look) {
+        const cv::Mat mask = vision::silhouette_in_picture(*look, frame->bgr.size()) > 127;
+        iou = double(cv::countNonZero(mask & outlined->second)) / double(cv::countNonZero(mask | outlined->second));
+      }
+      std::printf("%s network, %s frame %d: IoU %.3f\n", GetParam() ? "lite" : "full", name, int(k), iou);
+      sum += iou;
+      worst = std::min(worst, iou);
+    }
+    std::printf("%s network, %s: mean IoU %.3f, worst %.3f\n", GetParam() ? "lite" : "full", name, sum / met, worst);
+    EXPECT_GT(sum / met, 0.8) << name;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Networks, PersonRecall, ::testing::Bool(),

@@ -272,6 +272,52 @@ TEST(TfliteReader, RefusesWhatItDoesNotUnderstandByName) {
   refused([](TinyNetwork& t) { t.graph().outputs.clear(); }, "no output");
   refused([](TinyNetwork& t) { t.graph().outputs = {1}; }, "nothing computes");
   refused([](TinyNetwork& t) { t.model.subgraphs.clear(); }, "not one graph");
+  refused([](TinyNetwork& t) { t.graph().outputs.assign(17, t.graph().outputs[0]); }, "too many outputs");
+  refused(
+      [](TinyNetwork& t) {
+        for (int k = 0; k < 3; ++k) t.tensor({1, 1 << 12, 1 << 12, 2});
+      },
+      "memory holds");
+}
+
+TEST(TfliteReader, RefusesWhatWouldOverflowOrNeverEnd) {
+  {
+    // A square of 65536 pixels a side has 2^32 of them, which is 0 in 32 bits.
+    TinyNetwork tiny;
+    const int in = tiny.input({1, 1, 1, 1});
+    tiny.output(tiny.node(BuiltinOperator::DEPTH_TO_SPACE, {in}, {1, 65536, 1, 1}));
+    expect_refusal(tiny.file(), "odd square");
+  }
+  {
+    TinyNetwork tiny;
+    const int in = tiny.input({1, 1 << 24, 1, 1});
+    tflite::ConcatenationOptionsT options;
+    options.axis = 1;
+    const int more = tiny.node(BuiltinOperator::RELU, {in}, {1, 1 << 24, 1, 1});
+    tiny.output(tiny.node(BuiltinOperator::CONCATENATION, std::vector<int>(300, more), {1, 1 << 24, 1, 1}, options));
+    expect_refusal(tiny.file(), "joins more than memory holds");
+  }
+  {
+    TinyNetwork tiny;
+    const int in = tiny.input({1, 2000, 2000, 1});
+    tflite::Pool2DOptionsT options;
+    options.filter_height = options.filter_width = 2000;
+    options.stride_h = options.stride_w = 1;
+    tiny.output(tiny.node(BuiltinOperator::MAX_POOL_2D, {in}, {1, 2000, 2000, 1}, options));
+    expect_refusal(tiny.file(), "waited for");
+  }
+  {
+    TinyNetwork tiny;
+    const int in = tiny.input({1, 2, 2, 1});
+    tiny.output(tiny.node(BuiltinOperator::ADD, {in, tiny.floats({1, 2, 2, 1}, {1, 2, 3, 4})}, {1, 2, 2, 1}));
+    expect_refusal(tiny.file(), "what is constant");
+  }
+  {
+    TinyNetwork tiny;
+    const int in = tiny.input({1, 2, 2, 1});
+    tiny.output(tiny.node(BuiltinOperator::PAD, {in, tiny.ints({4, 2}, {0, 0, 1, 1, 1, 1, 0, 0})}, {1, 4, 4, 1}));
+    expect_refusal(tiny.file(), "nothing computes");
+  }
 }
 
 TEST(TfliteReader, ATruncatedFileIsRefusedWhereverItEnds) {

@@ -73,6 +73,12 @@ TEST(PersonNetwork, TheSilhouetteLiesWhereItWasSeen) {
     const double any = cv::countNonZero(mask | truth);
     EXPECT_GT(both / any, 0.9) << angle;
   }
+  // Of one whose reduced height and width are rounded apart: what is low stays where it is.
+  const auto odd = with_spot({1920, 1080}, {900, 1000, 40, 40});
+  const auto low = silhouette_in_picture(net.look(odd, {{920, 1000}, 500, 0}), odd.size()) > 127;
+  const auto moments = cv::moments(low, true);
+  EXPECT_NEAR(moments.m10 / moments.m00, 919.5, 0.6);
+  EXPECT_NEAR(moments.m01 / moments.m00, 1019.5, 0.6);
   // Of a picture that has many more pixels than the network.
   const auto large = with_spot({3200, 2400}, {1700, 900, 200, 400});
   const auto look = net.look(large, {{1600, 1200}, 2000, 0});

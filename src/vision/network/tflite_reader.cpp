@@ -20,7 +20,8 @@
 namespace choreo::vision {
 namespace {
 
-constexpr std::size_t kMostNumbers = std::size_t{1} << 26U;  // In one tensor; the largest pose model has 2^20.
+constexpr std::size_t kMostNumbers = std::size_t{1} << 26U;  // In all tensors; the largest pose model has 2^25.
+constexpr std::size_t kMostWork = std::size_t{1} << 34U;     // Multiplications; the largest pose model has 2^31.
 
 [[noreturn]] void refuse(std::string_view what) { refuse_network(what); }
 
@@ -123,6 +124,7 @@ class Reader {
     const auto graphs = items(model.subgraphs());
     if (graphs.size() != 1 || graphs[0] == nullptr) refuse("has not one graph");
     const auto& graph = *graphs[0];
+    codes_ = items(model.operator_codes());
     read_tensors(graph);
     const auto inputs = items(graph.inputs());
     if (inputs.size() != 1) refuse("has not one input");
@@ -131,9 +133,12 @@ class Reader {
     if (input.shape.size() != 4 || input.shape[0] != 1 || !input.constant.empty()) refuse("does not take one picture");
     known_[std::size_t(out_.input)] = true;
     for (const auto* node : items(graph.operators())) read_node(node);
+    constexpr std::size_t kMostOutputs = 16;
     for (const int k : items(graph.outputs())) {
-      if (!known_[std::size_t(checked(k))] || !tensor(k).constant.empty())
+      if (out_.outputs.size() == kMostOutputs) refuse("has too many outputs");
+      if (!known_[std::size_t(checked(k))] || !tensor(k).constant.empty() || padded_.contains(k)) {
         refuse("has an output that nothing computes");
+      }
       const auto parts = joined_.find(k);
       out_.outputs.push_back({parts == joined_.end() ? std::vector{k} : parts->second, tensor(k).shape});
     }
@@ -155,6 +160,7 @@ class Reader {
       if (t == nullptr) refuse("has a tensor that is not there");
       NetworkTensor tensor;
       tensor.shape = sizes_of(t->shape());
+      take(numbers_, tensor.count(), kMostNumbers, "has more numbers than memory holds");
       const auto type = t->type();
       const bool readable = type == tflite::TensorType::FLOAT32 || type == tflite::TensorType::FLOAT16 ||
                             type == tflite::TensorType::INT32;
@@ -276,6 +282,7 @@ class Reader {
       if (other.size() != shape.size() || !tensor(k).constant.empty() || padded_.contains(k)) {
         refuse("joins what does not fit together");
       }
+      if (std::size_t(shape[at]) + std::size_t(other[at]) > kMostNumbers) refuse("joins more than memory holds");
       shape[at] += other[at];
       other[at] = shape[at];
       if (other != shape) refuse("joins what does not fit together");
@@ -386,8 +393,11 @@ class Reader {
         const auto& in = picture(node);
         const auto& made = tensor(node.output).shape;
         node.operation = NetworkOperation::kDepthToSpace;
+        constexpr int kMostBlock = 64;
         node.block = made.size() == 4 ? made[1] / in[1] : 0;
-        if (node.block < 2 || in[3] % (node.block * node.block) != 0) refuse("spreads channels over an odd square");
+        if (node.block < 2 || node.block > kMostBlock || in[3] % (node.block * node.block) != 0) {
+          refuse("spreads channels over an odd square");
+        }
         return {1, in[1] * node.block, in[2] * node.block, in[3] / (node.block * node.block)};
       }
       case tflite::BuiltinOperator::CONCATENATION:
@@ -406,12 +416,26 @@ class Reader {
     refuse(fmt::format("has an operation of kind {}, which is none of a pose model", int(code)));
   }
 
+  // Counts what there is of something, up to what there may be.
+  static void take(std::size_t& sum, std::size_t more, std::size_t most, const char* words) {
+    if (more > most - sum) refuse(words);
+    sum += more;
+  }
+
+  // Multiplications of a node.
+  std::size_t work_of(const NetworkNode& node) {
+    std::size_t work = tensor(node.output).count();
+    if (node.operation == NetworkOperation::kReshape) return work;
+    work *= std::size_t(node.kernel.y) * std::size_t(node.kernel.x);
+    return node.operation == NetworkOperation::kConvolution ? work * std::size_t(tensor(node.inputs[0]).shape[3])
+                                                            : work;
+  }
+
   void read_node(const tflite::Operator* op) {
-    const auto codes = items(model_.operator_codes());
-    if (op == nullptr || op->opcode_index() >= codes.size() || codes[op->opcode_index()] == nullptr) {
+    if (op == nullptr || op->opcode_index() >= codes_.size() || codes_[op->opcode_index()] == nullptr) {
       refuse("has an operation that is not there");
     }
-    const auto* code = codes[op->opcode_index()];
+    const auto* code = codes_[op->opcode_index()];
     NetworkNode node;
     for (const int k : items(op->inputs())) {
       if (!known_[std::size_t(checked(k))]) refuse("computes with what is not computed yet");
@@ -429,13 +453,20 @@ class Reader {
     known_[std::size_t(node.output)] = true;
     if (shape.empty()) return;
     require_shape(node.output, shape);
+    const std::size_t computed = node.operation == NetworkOperation::kAdd ? 2 : 1;
+    for (std::size_t k = 0; k < computed; ++k) {
+      if (!tensor(node.inputs[k]).constant.empty()) refuse("computes with what is constant");
+    }
     take_margin(node);
+    take(work_, work_of(node), kMostWork, "has more to compute than can be waited for");
     out_.nodes.push_back(std::move(node));
   }
 
   const tflite::Model& model_;
   NetworkGraph out_;
   std::vector<bool> known_;  // Of each tensor: whether it is constant, given or computed.
+  std::vector<const tflite::OperatorCode*> codes_;
+  std::size_t numbers_ = 0, work_ = 0;
   std::map<int, std::vector<int>> joined_;
   std::map<int, std::pair<int, PixelMargin>> padded_;
 };

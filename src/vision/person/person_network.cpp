@@ -22,25 +22,32 @@ constexpr std::size_t kAllPoints = 39;  // The last six are for regions.
 double logistic(double x) { return 1 / (1 + std::exp(-x)); }
 
 // The picture reduced so far that nothing is lost between the pixels of the region.
-cv::Mat reduced_for(const cv::Mat& picture, double side, int size, double& scale) {
-  scale = std::max(1.0, side / (1.5 * size));
+cv::Mat reduced_for(const cv::Mat& picture, double side, int size) {
+  const double scale = side / (1.5 * size);
   if (scale <= 1.0) return picture;
   cv::Mat small;
   const cv::Size to(std::max(1, cvRound(picture.cols / scale)), std::max(1, cvRound(picture.rows / scale)));
   cv::resize(picture, small, to, 0, 0, cv::INTER_AREA);
-  scale = double(picture.cols) / to.width;
   return small;
+}
+
+// `from_picture` for a picture that was reduced, by factors that whole pixels make differ a little.
+cv::Matx23d from_reduced(const cv::Matx23d& m, cv::Size picture, cv::Size reduced) {
+  const double sx = double(picture.width) / reduced.width;
+  const double sy = double(picture.height) / reduced.height;
+  const double x = (sx - 1) / 2;  // Of the reduced picture's first pixel.
+  const double y = (sy - 1) / 2;
+  return {m(0, 0) * sx, m(0, 1) * sy, m(0, 0) * x + m(0, 1) * y + m(0, 2),
+          m(1, 0) * sx, m(1, 1) * sy, m(1, 0) * x + m(1, 1) * y + m(1, 2)};
 }
 
 // Fills the network's input with the region, red first, from `least` to 1.
 void give(Network& network, const cv::Mat& picture, const PersonRegion& region, float least) {
   const int size = network.input_shape()[1];
-  double scale = 1;
-  const auto small = reduced_for(picture, region.side, size, scale);
-  const PersonRegion there{(region.centre + cv::Point2d(0.5, 0.5)) / scale - cv::Point2d(0.5, 0.5), region.side / scale,
-                           region.angle};
+  const auto small = reduced_for(picture, region.side, size);
+  const auto map = from_reduced(region.from_picture(size), picture.size(), small.size());
   cv::Mat part;
-  cv::warpAffine(small, part, cv::Mat(there.from_picture(size)), {size, size}, cv::INTER_LINEAR, cv::BORDER_CONSTANT);
+  cv::warpAffine(small, part, cv::Mat(map), {size, size}, cv::INTER_LINEAR, cv::BORDER_CONSTANT);
   float* to = network.input().data();
   const float gain = (1.0F - least) / 255.0F;
   for (int y = 0; y < size; ++y) {
@@ -134,10 +141,14 @@ PersonLook PersonNetwork::look(const cv::Mat& picture, const PersonRegion& regio
     look.metres[k] = {turn.x * x - turn.y * y, turn.y * x + turn.x * y, double(metres[3 * k + 2])};
   }
   look.next = region_of(in_picture(kPersonPoints), in_picture(kPersonPoints + 1));
+  // Numbers beyond what floats hold are no person's.
+  const bool finite = std::ranges::all_of(numbers, [](float x) { return std::isfinite(x); });
+  if (!finite || !std::isfinite(look.score)) look.score = 0;
   look.silhouette.create(size, size, CV_8UC1);
   const auto odds = network_.output(silhouette_);
-  std::transform(odds.begin(), odds.end(), look.silhouette.begin<std::uint8_t>(),
-                 [](float x) { return cv::saturate_cast<std::uint8_t>(255 * logistic(double(x))); });
+  std::transform(odds.begin(), odds.end(), look.silhouette.begin<std::uint8_t>(), [](float x) {
+    return static_cast<std::uint8_t>(0.5F + 255 / (1 + std::exp(-std::clamp(x, -80.0F, 80.0F))));
+  });
   return look;
 }
 
@@ -182,7 +193,8 @@ std::vector<DetectedPerson> PersonDetector::detect(const cv::Mat& picture) {
   std::vector<Candidate> candidates;
   for (std::size_t k = 0; k < anchors_.size(); ++k) {
     const double score = logistic(std::clamp(double(scores[k]), -100.0, 100.0));
-    if (score < kLeastScore) continue;
+    const auto numbers = boxes.subspan(12 * k, 12);
+    if (!(score >= kLeastScore) || !std::ranges::all_of(numbers, [](float x) { return std::isfinite(x); })) continue;
     Candidate c{score, {}, {}};
     for (std::size_t i = 0; i < c.numbers.size(); ++i) {
       const double anchor = i == 2 || i == 3 ? 0.0 : i % 2 == 0 ? anchors_[k].x : anchors_[k].y;
@@ -199,8 +211,9 @@ std::vector<DetectedPerson> PersonDetector::detect(const cv::Mat& picture) {
     std::array<double, 12> mean{};
     double sum = 0;
     std::vector<Candidate> rest;
-    for (const auto& c : candidates) {
-      if (overlap(best.box, c.box) <= kSamePerson && c.box != best.box) {
+    for (std::size_t k = 0; k < candidates.size(); ++k) {
+      const auto& c = candidates[k];
+      if (k > 0 && overlap(best.box, c.box) <= kSamePerson) {
         rest.push_back(c);
         continue;
       }

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// A person's mask: the network says where the person is, the difference from the background where the outline runs.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include <opencv2/core/mat.hpp>
+
+#include "vision/background_estimate.hpp"
+#include "vision/body_masker.hpp"
+
+namespace choreo::vision {
+
+/// Where a person is likely to be in a picture.
+struct PersonEvidence {
+  cv::Mat likely;       ///< CV_8UC1 of the picture's size: 0 to 255, by the network; empty: nobody is there.
+  double doubt_px = 0;  ///< How far the person may have moved since, and how blurred the silhouette is.
+};
+
+/// The background behind people: per pixel and channel the median over the pictures in which nobody is likely there.
+///
+/// All are brought to the light of the one in the middle first. Where somebody is in all of them `never_seen` is set
+/// and the plate is a guess, the median of everything. `ghost` stays empty, and nothing is inferred.
+/// @param pictures  at least one, CV_8UC3, of one size.
+/// @param people  as many, in the same order.
+[[nodiscard]] BackgroundEstimate background_behind_people(std::span<const cv::Mat> pictures,
+                                                          std::span<const PersonEvidence> people);
+
+/// Makes a person's masks.
+///
+/// Body is what differs from the background near where the person is likely, and, where the difference has no word
+/// (clothes like the room, a background that was never seen), what the network is sure of. Outlines are therefore the
+/// picture's where the background is known, and the network's where it is not. What no look calls a person, a chair or
+/// somebody else, is no body; and of what is surely not the person the background is learned: what was never seen
+/// becomes known once it is seen, and slow light is followed.
+/// The same pictures, times and evidence give the same masks, to the last bit.
+/// @thread thread-bound
+class PersonMasker {
+ public:
+  /// @param estimate  its plate, noise and never_seen are used.
+  PersonMasker(const BackgroundEstimate& estimate, MaskOptions options);
+
+  /// @param picture  CV_8UC3, of the plate's size (asserted).  @param time_s  seconds, increasing.
+  [[nodiscard]] MaskResult process(const cv::Mat& picture, const PersonEvidence& person, double time_s);
+
+  [[nodiscard]] double threshold() const { return threshold_; }  ///< In use, grey levels of D.
+
+ private:
+  [[nodiscard]] cv::Mat foreground(const cv::Mat& picture, const cv::Mat& lit) const;
+  void learn(const cv::Mat& picture, const cv::Mat& lit, const cv::Mat& surely_not, double dt_s);
+
+  MaskOptions options_;
+  double threshold_;
+  cv::Mat running_;     // CV_32FC3, the background in the light of the plate.
+  cv::Mat background_;  // CV_8UC3, the same rounded.
+  cv::Mat never_seen_;  // CV_8UC1, 255 where it is a guess.
+  cv::Mat allowed_;     // CV_8UC1, where a body may be; empty: everywhere.
+  std::optional<double> last_time_s_;
+};
+
+}  // namespace choreo::vision

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+// Masks of a person: where the network and the difference have a word, and where one of them has none.
+#include "vision/person_masker.hpp"
+
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include "support/frames.hpp"
+#include "vision/segmenter.hpp"
+
+namespace choreo::vision {
+namespace {
+
+const cv::Size kSize(160, 120);
+const cv::Rect kBody(60, 30, 30, 70);
+const cv::Scalar kRed(40, 40, 200);
+
+cv::Mat room() {
+  cv::Mat wall(kSize, CV_8UC3);
+  for (int y = 0; y < wall.rows; ++y) {
+    for (int x = 0; x < wall.cols; ++x)
+      wall.at<cv::Vec3b>(y, x) = {std::uint8_t(90 + x / 4), std::uint8_t(110 + y / 4), 120};
+  }
+  return wall;
+}
+cv::Mat with(cv::Mat picture, cv::Rect what, cv::Scalar colour) {
+  picture(what).setTo(colour);
+  return picture;
+}
+cv::Mat mask_of(cv::Rect where) {
+  cv::Mat mask = cv::Mat::zeros(kSize, CV_8UC1);
+  mask(where).setTo(255);
+  return mask;
+}
+PersonEvidence likely_at(cv::Rect where, double doubt_px = 0) { return {mask_of(where), doubt_px}; }
+
+double iou(const cv::Mat& a, const cv::Mat& b) {
+  return double(cv::countNonZero(a & b)) / double(cv::countNonZero(a | b));
+}
+
+PersonMasker masker(const cv::Mat& plate, const cv::Mat& never_seen = {}) {
+  BackgroundEstimate estimate;
+  estimate.plate = plate;
+  estimate.noise = 1;
+  estimate.never_seen = never_seen;
+  MaskOptions options;
+  options.min_body_percent = 0.1;
+  return {estimate, options};
+}
+
+TEST(PersonMasker, TheOutlineIsThePicturesAndNotTheNetworks) {
+  // The network is two pixels off, and knows it.
+  const auto off = likely_at({58, 28, 34, 74}, 3);
+  const auto result = masker(room()).process(with(room(), kBody, kRed), off, 0);
+  ASSERT_TRUE(result.body);
+  EXPECT_GT(iou(result.mask, mask_of(kBody)), 0.97);
+  EXPECT_EQ(result.inferred, 0);
+}
+
+TEST(PersonMasker, WhatNoLookCallsAPersonIsNoBody) {
+  auto picture = with(room(), kBody, kRed);
+  picture = with(picture, {110, 70, 30, 40}, {200, 200, 30});  // A chair,
+  auto m = masker(room());
+  EXPECT_GT(iou(m.process(picture, likely_at(kBody, 1), 0).mask, mask_of(kBody)), 0.97);
+  const auto nobody = m.process(picture, {}, 0.1);
+  EXPECT_FALSE(nobody.body);
+  EXPECT_EQ(cv::countNonZero(nobody.mask), 0);
+}
+
+TEST(PersonMasker, ClothesLikeTheWallAreBodyWhereTheNetworkIsSure) {
+  const auto result = masker(room()).process(room(), likely_at(kBody, 2), 0);
+  ASSERT_TRUE(result.body) << "nothing differs from the wall";
+  const cv::Rect sure(kBody.x + 2, kBody.y + 2, kBody.width - 4, kBody.height - 4);
+  EXPECT_GT(iou(result.mask, mask_of(sure)), 0.97);
+}
+
+TEST(PersonMasker, BeforeAWallThatWasNeverSeenTheNetworkDecidesAndItIsSaid) {
+  const cv::Rect unseen(50, 50, 60, 30);
+  // The plate has the body's colour there: no difference, and a ghost beside it.
+  const auto result =
+      masker(with(room(), unseen, kRed), mask_of(unseen)).process(with(room(), kBody, kRed), likely_at(kBody, 1), 0);
+  EXPECT_GT(iou(result.mask, mask_of(kBody)), 0.97);
+  EXPECT_NEAR(result.inferred, (kBody & unseen).area(), 0.05 * (kBody & unseen).area());
+}
+
+TEST(PersonMasker, WhatWasNeverSeenIsKnownOnceItIsSeen) {
+  const cv::Rect unseen(50, 30, 30, 70);
+  auto m = masker(with(room(), unseen, kRed), mask_of(unseen));
+  const cv::Rect away(120, 30, 30, 70);
+  (void)m.process(with(room(), away, kRed), likely_at(away, 1), 0);
+  // Back again, and the network is wide of the mark: the difference has its word now.
+  const auto result = m.process(with(room(), kBody, kRed), likely_at({56, 26, 38, 78}, 4), 0.1);
+  EXPECT_GT(iou(result.mask, mask_of(kBody)), 0.97);
+  EXPECT_EQ(result.inferred, 0);
+}
+
+TEST(PersonMasker, ALookThatIsOldLeavesTheMaskToTheDifferenceAround) {
+  // The person went on by 12 pixels since, and may have gone 15.
+  const cv::Rect now(kBody.x + 12, kBody.y, kBody.width, kBody.height);
+  const auto result = masker(room()).process(with(room(), now, kRed), likely_at(kBody, 15), 0);
+  EXPECT_GT(iou(result.mask, mask_of(now)), 0.97);
+}
+
+TEST(PersonMasker, FollowsSlowLightBesideThePerson) {
+  auto m = masker(room());
+  cv::Mat last;
+  for (int k = 0; k <= 100; ++k) {
+    cv::Mat lit;
+    room().convertTo(lit, -1, 1.0, 0.3 * k);
+    last = with(lit, kBody, kRed);
+    (void)m.process(last, likely_at(kBody, 1), 0.5 * k);
+  }
+  EXPECT_GT(iou(m.process(last, likely_at(kBody, 1), 51).mask, mask_of(kBody)), 0.95);
+}
+
+TEST(PersonMasker, AsASegmenterItGivesTheSame) {
+  const auto picture = with(room(), kBody, kRed);
+  const auto person = likely_at(kBody, 1);
+  auto direct = masker(room());
+  Segmenter segmenter(masker(room()));
+  EXPECT_TRUE(segmenter.wants_person());
+  EXPECT_TRUE(
+      test::same_pixels(segmenter.process(picture, {}, 0, person).mask, direct.process(picture, person, 0).mask));
+}
+
+TEST(BackgroundBehindPeople, IsWhatIsSeenWhereNobodyIs) {
+  // Three places, one picture each: a median would be wrong in none of them, two pictures of one place in half.
+  std::vector<cv::Mat> pictures;
+  std::vector<PersonEvidence> people;
+  for (const int x : {20, 20, 20, 70, 110}) {
+    const cv::Rect body(x, 30, 30, 70);
+    pictures.push_back(with(room(), body, kRed));
+    people.push_back(likely_at(body, 1));
+  }
+  const auto estimate = background_behind_people(pictures, people);
+  cv::Mat difference;
+  cv::absdiff(estimate.plate, room(), difference);
+  EXPECT_LE(cv::norm(difference, cv::NORM_INF), 2) << "where somebody is most of the time, too";
+  EXPECT_EQ(cv::countNonZero(estimate.never_seen), 0);
+  EXPECT_EQ(estimate.unseen, 0);
+  EXPECT_EQ(estimate.empty, 0);
+  EXPECT_FALSE(estimate.uncertain());
+}
+
+TEST(BackgroundBehindPeople, KnowsWhatItNeverSaw) {
+  const std::vector<cv::Mat> pictures(4, with(room(), kBody, kRed));
+  const std::vector<PersonEvidence> people(4, likely_at(kBody, 1));
+  const auto estimate = background_behind_people(pictures, people);
+  EXPECT_EQ(cv::countNonZero(estimate.never_seen & mask_of(kBody)), kBody.area());
+  EXPECT_LT(cv::countNonZero(estimate.never_seen), 2 * kBody.area());
+  EXPECT_NEAR(estimate.unseen, 1, 1e-9);
+  EXPECT_TRUE(estimate.uncertain());
+  const std::vector<PersonEvidence> nobody(4);
+  const auto empty = background_behind_people(std::vector<cv::Mat>(4, room()), nobody);
+  EXPECT_EQ(empty.empty, 1);
+  EXPECT_EQ(empty.unseen, 0);
+}
+
+}  // namespace
+}  // namespace choreo::vision
