@@ -6,6 +6,8 @@
 #include <cstring>
 #include <string_view>
 
+#include <opencv2/core.hpp>
+
 extern "C" {
 #include <libavutil/pixdesc.h>
 }

@@ -85,9 +85,9 @@ TEST_F(RealPictures, OfficePhotographsAndTheirLetters) {
   const auto read = nlohmann::json::parse(text.begin(), text.end());
   int labelled = 0, right = 0, others = 0, wrong = 0;
   for (const auto& picture : read.at("pictures")) {
-    const auto letter = truth.at(picture.at("name").get<std::string>());
+    const auto letter = truth.at(picture.at("file").get<std::string>());
     if (letter == "?") continue;  // One may argue.
-    const auto& sign = picture.at("sign");
+    const auto& sign = picture.at("letter");
     const auto given = sign.is_null() ? std::string() : sign.get<std::string>();
     labelled += letter.empty() ? 0 : 1;
     right += !letter.empty() && given == letter ? 1 : 0;
