@@ -14,6 +14,7 @@
 #include "body/particle_calibration.hpp"
 #include "cli/commands.hpp"
 #include "cli/one_picture.hpp"
+#include "cli/people.hpp"
 #include "cli/preparation.hpp"
 #include "cli/signal_chain.hpp"
 #include "cli/source_options.hpp"
@@ -83,7 +84,9 @@ void require_a_stretch(const ReachStage& reach, const config::Options& settings,
   }
   if (reach.bodies == 0) {
     throw usage_error(fmt::format("no body was ever seen in {}", counted(frames, "frame")), source,
-                      "somebody who never moves is taken for the wall: give a plate with --background");
+                      settings.segmentation == "person"
+                          ? "the person network sees who is larger than a tenth of the picture's height"
+                          : "somebody who never moves is taken for the wall: give a plate with --background");
   }
   const auto reasons = reach.tally.warnings(settings);
   if (reach.tally.two_arms() == 0 && !reasons.empty()) throw usage_error(reasons.back(), source, kWhatToDo);
@@ -171,6 +174,7 @@ int calibrate(const CalibrateOptions& options, Session& session) {
 
   std::vector<std::unique_ptr<pipeline::Stage>> stages;
   stages.push_back(std::make_unique<pipeline::PictureStage>(prepared.summary.working_size, masker.uses_depth()));
+  if (masker.wants_person()) stages.push_back(person_stage(settings));
   stages.push_back(std::make_unique<pipeline::MaskStage>(std::move(masker)));
   chain.add_to(stages);
   auto owned = std::make_unique<ReachStage>();

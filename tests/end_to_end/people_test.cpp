@@ -88,6 +88,12 @@ TEST_F(People, MasksOfAPersonAreThePersonsAlone) {
   EXPECT_GT(mean_iou("synthetic://dancing?size=320x240&fps=15&duration=3&empty=1", {"--set", person}), 0.95);
 }
 
+TEST_F(People, CalibrateTakesMasksOfAPerson) {
+  const auto run = choreoscope({"calibrate", "synthetic://semaphore?text=STAGE&fps=15&size=320x240&duration=4&empty=1",
+                                "-o", folder_ / "bounds.toml", "--set", "segmentation=person"});
+  EXPECT_EQ(run.status, 0) << run.told();
+}
+
 // As `live` does it: the first two seconds are the background's, and looks come late.
 TEST_F(People, LiveMasksOfAPersonAreReplayedToTheLastBit) {
   const auto live = [&](const std::string& source, const std::string& out, std::vector<std::string> more) {
