@@ -37,9 +37,9 @@ struct PersonSettings {
 
 /// The whole configuration.
 struct Options {
-  std::string segmentation = "colour";  ///< colour, depth, both, person.
-  std::string background = "auto";      ///< auto, first:T or a path.
-  int working_rows = 480;  ///< Masks and states are made of pictures with at most so many rows; 0: no limit.
+  std::string segmentation = "auto";  ///< auto, colour, depth, both, person.
+  std::string background = "auto";    ///< auto, first:T or a path.
+  int working_rows = 480;             ///< Masks and states are made of pictures with at most so many rows; 0: no limit.
   vision::MaskOptions mask;
   vision::DepthOptions depth;
   pipeline::FaceStageOptions face;

@@ -97,20 +97,16 @@ std::vector<Field> make_schema() {
   std::vector<Field> fields;
   fields.push_back(text(
       "segmentation", [](Options& o) -> std::string& { return o.segmentation; },
-      one_of({"colour", "depth", "both", "person"}), "\"colour\", \"depth\", \"both\" or \"person\"",
+      one_of({"auto", "colour", "depth", "both", "person"}), "\"auto\", \"colour\", \"depth\", \"both\" or \"person\"",
       "What tells the body from the room: its colour, its being nearer, depth with colour along its edges, or the "
-      "person "
-      "network with colour along its edges."));
+      "person network with colour along its edges; auto is the person once the network saw one, and colour until then "
+      "or without the network."));
 
   fields.push_back(text(
       "background.from", [](Options& o) -> std::string& { return o.background; }, fits_background,
       "\"auto\", \"first:T\" (T a duration such as 1s), or the path of a picture of the empty room",
       "Where the picture of the empty room comes from: estimated over the whole clip, the median of its beginning, or "
       "a plate."));
-  fields.push_back(flag(
-      "background.infer_unseen", [](Options& o) -> bool& { return o.mask.infer_unseen; },
-      "Piece the wall together behind a performer who never leaves, and decide by what is likely where it was never "
-      "seen."));
   fields.push_back(flag(
       "background.follow_exposure", [](Options& o) -> bool& { return o.mask.follow_exposure; },
       "Bring the background to each picture's exposure, white balance and tone, which cameras change by themselves."));

@@ -101,8 +101,8 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
                                                   const cv::Mat& plate, int working_rows,
                                                   const std::function<std::unique_ptr<devices::Source>()>& reopen,
                                                   const std::function<void(double)>& progress,
-                                                  const std::stop_token& stop, bool infer_unseen,
-                                                  vision::Segmentation segmentation, const vision::DepthMargin& margin,
+                                                  const std::stop_token& stop, vision::Segmentation segmentation,
+                                                  const vision::DepthMargin& margin,
                                                   const std::function<vision::PersonEvidence(const cv::Mat&)>& people) {
   LearnedBackground learned;
   const auto frame_size = source->info().size;
@@ -147,7 +147,7 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
     if (with_colour && (!given || time < kNoiseTime)) {
       const auto picture = at_working_size(frame->bgr, size);
       sampler.add(picture);
-      if (whole && !given && segmentation != vision::Segmentation::kPerson) quiet.add(picture, to_seconds(time));
+      if (!given && segmentation != vision::Segmentation::kPerson) quiet.add(picture, to_seconds(time));
     }
     if (progress) {
       const auto duration = whole ? source->info().duration.value_or(Nanoseconds{0}) : least_time;
@@ -164,28 +164,32 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
     learned.depth = vision::learn_depth_background(depths.kept(), margin);
     learned.pictures = depths.kept().size();
   }
-  if (!with_colour) {
-    // Nothing looks at colour.
-  } else if (given) {
-    learned.estimate = vision::judge_plate(at_working_size(plate, size), pictures);
-    learned.estimate.unseen = 0;  // Whoever gives a plate has seen the room.
-  } else if (segmentation == vision::Segmentation::kPerson) {
-    constexpr std::size_t kMostLooks = 60;  // What no sixtieth of the clip shows is as good as unseen.
-    std::vector<cv::Mat> looked;
-    std::vector<vision::PersonEvidence> evidence;
-    const auto count = std::min(pictures.size(), kMostLooks);
+  std::vector<cv::Mat> looked;
+  std::vector<vision::PersonEvidence> evidence;
+  if (segmentation == vision::Segmentation::kPerson || segmentation == vision::Segmentation::kAuto) {
+    const std::size_t most = whole ? 60 : 20;  // What no sixtieth of a clip shows is as good as unseen.
+    const auto count = std::min(pictures.size(), most);
     for (std::size_t k = 0; k < count && !stop.stop_requested(); ++k) {
       looked.push_back(pictures[k * pictures.size() / count]);
       evidence.push_back(people(looked.back()));
     }
     if (stop.stop_requested()) return std::nullopt;
+    const auto seen =
+        std::size_t(std::ranges::count_if(evidence, [](const auto& person) { return !person.likely.empty(); }));
+    constexpr std::size_t kByMistake = 20;  // One look of so many.
+    learned.somebody = seen > count / kByMistake;
+  }
+  if (!with_colour) {
+    // Nothing looks at colour.
+  } else if (given) {
+    learned.estimate = vision::judge_plate(at_working_size(plate, size), pictures);
+    learned.estimate.unseen = 0;  // Whoever gives a plate has seen the room.
+  } else if (segmentation == vision::Segmentation::kPerson || learned.somebody) {
     learned.estimate = vision::background_behind_people(looked, evidence);
     learned.pictures = looked.size();
   } else {
     learned.estimate = whole ? vision::estimate_background(pictures, quiet.finish())
-                             : vision::judge_plate(vision::median_plate(pictures), pictures);
-    if (infer_unseen) learned.estimate = vision::with_inferred_wall(std::move(learned.estimate), pictures);
-    learned.estimate.provisional = !whole;
+                             : vision::estimate_beginning(pictures, quiet.finish());
     learned.pictures = pictures.size();
   }
   reading_on.reset();

@@ -33,6 +33,7 @@ struct LearnedBackground {
   vision::BackgroundEstimate estimate;           ///< At the working size; nothing where depth alone decides.
   std::optional<vision::DepthBackground> depth;  ///< Likewise; nothing where colour alone decides.
   std::size_t pictures = 0;                      ///< That taught it; 0 for a plate.
+  bool somebody = false;                         ///< Whether `people` saw somebody, more than by mistake.
   std::uint64_t frames_read = 0;
   /// The source to read from now on: it gives every frame from the first, those that taught the background included.
   std::unique_ptr<devices::Source> source;
@@ -43,20 +44,18 @@ struct LearnedBackground {
 /// @param reopen  opens the same source again; used where the source is repeatable. From one that is not, the frames
 ///   are kept and given again. From one that is not or not foreseeable, `auto` becomes the median of its first second.
 /// @param progress  called with the share of the source read, 0 to 1, or less than 0 where the length is unknown.
-/// @param infer_unseen  whether the wall behind a performer who never leaves is inferred
-/// (`vision::with_inferred_wall`).
 /// @param segmentation  what is to be learned: colour, depth or both, from the same frames. A plate tells nothing of
-///   depth: that is learned as by `auto`.
+///   depth: that is learned as by `auto`. Segmentation::kAuto learns what is behind people where it sees any.
 /// @param margin  of the depth background.
-/// @param people  where somebody is in a picture, asked for in order of time; needed for Segmentation::kPerson.
+/// @param people  where somebody is in a picture, asked for in order of time; needed for Segmentation::kPerson and
+/// kAuto.
 /// @return nothing where `stop` was requested.
 /// @throws Error (usage) where there is no frame, the plate is of another size than the frames, or depth is asked for
 ///   and the frames have none.
 [[nodiscard]] std::optional<LearnedBackground> learn_background(
     std::unique_ptr<devices::Source> source, const BackgroundSpec& spec, const cv::Mat& plate, int working_rows,
     const std::function<std::unique_ptr<devices::Source>()>& reopen, const std::function<void(double)>& progress,
-    const std::stop_token& stop, bool infer_unseen = true,
-    vision::Segmentation segmentation = vision::Segmentation::kColour, const vision::DepthMargin& margin = {},
-    const std::function<vision::PersonEvidence(const cv::Mat&)>& people = {});
+    const std::stop_token& stop, vision::Segmentation segmentation = vision::Segmentation::kColour,
+    const vision::DepthMargin& margin = {}, const std::function<vision::PersonEvidence(const cv::Mat&)>& people = {});
 
 }  // namespace choreo::pipeline

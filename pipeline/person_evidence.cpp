@@ -2,12 +2,41 @@
 #include "pipeline/person_evidence.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace choreo::pipeline {
+namespace {
+
+// Pixels of the picture a metre, by how far apart the joints are in both.
+double scale_of(const vision::PersonLook& look) {
+  cv::Point2d middle, middle_m;
+  for (std::size_t k = 0; k < look.points.size(); ++k) {
+    middle += look.points[k].at / double(look.points.size());
+    middle_m += cv::Point2d(look.metres[k].x, look.metres[k].y) / double(look.points.size());
+  }
+  double spread = 0, spread_m = 0;
+  for (std::size_t k = 0; k < look.points.size(); ++k) {
+    const auto away = look.points[k].at - middle;
+    const auto away_m = cv::Point2d(look.metres[k].x, look.metres[k].y) - middle_m;
+    spread += away.dot(away);
+    spread_m += away_m.dot(away_m);
+  }
+  return spread_m > 0 ? std::sqrt(spread / spread_m) : 0.0;
+}
+
+}  // namespace
 
 vision::PersonEvidence evidence_of(const vision::PersonLook& look, cv::Size size) {
   constexpr double kBlur = 2.5;  // Pixels of the network's silhouette, whose edges are so soft.
-  return {vision::silhouette_in_picture(look, size), kBlur * look.region.side / std::max(1, look.silhouette.cols)};
+  constexpr double kHeld = 0.5;  // Metres about a hand: a flag, a fan, a hat.
+  vision::PersonEvidence evidence;
+  evidence.likely = vision::silhouette_in_picture(look, size);
+  evidence.doubt_px = kBlur * look.region.side / std::max(1, look.silhouette.cols);
+  for (const auto name : {vision::PersonPointName::kLeftWrist, vision::PersonPointName::kRightWrist}) {
+    constexpr double kSeen = 0.5;
+    if (look[name].visibility >= kSeen) evidence.held.push_back({look[name].at, kHeld * scale_of(look)});
+  }
+  return evidence;
 }
 
 vision::PersonEvidence evidence_of(const PersonSighting& sighting, cv::Size size, Nanoseconds now) {

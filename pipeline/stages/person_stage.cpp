@@ -55,6 +55,9 @@ void PersonStageOptions::validate() const {
   if (looks_per_s < 0.1 || looks_per_s > 1000) {
     throw usage_error(fmt::format("looks_per_s is {}", looks_per_s), {}, "it is from 0.1 to 1000");
   }
+  if (seeks_per_s && (*seeks_per_s < 0.1 || *seeks_per_s > 1000)) {
+    throw usage_error(fmt::format("seeks_per_s is {}", *seeks_per_s), {}, "it is from 0.1 to 1000");
+  }
   if (delay_frames < 0 || delay_frames > 60) {
     throw usage_error(fmt::format("delay_frames is {}", delay_frames), {}, "it is from 0 to 60");
   }
@@ -72,7 +75,8 @@ PersonStage::PersonStage(vision::PersonSearch search, PersonStageOptions options
 // millisecond early is in time.
 bool PersonStage::is_time(Nanoseconds time) {
   constexpr auto kEarly = std::chrono::microseconds(500);
-  const auto period = Nanoseconds(std::llround(1e9 / options_.looks_per_s));
+  const double per_s = last_ ? options_.looks_per_s : options_.seeks_per_s.value_or(options_.looks_per_s);
+  const auto period = Nanoseconds(std::llround(1e9 / per_s));
   if (next_ && time + kEarly < *next_) return false;
   // What was missed is not made up for.
   next_ = next_ && time < *next_ + period ? *next_ + period : time + period;
@@ -86,6 +90,7 @@ void PersonStage::take_effect(const std::shared_ptr<Look>& look, Observation& ob
   const auto before = std::exchange(last_, nullptr);
   if (!look->seen) return;
   ++seen_;
+  if (!before && options_.seeks_per_s) next_.reset();  // Seeking is over.
   const auto& picture = observation.picture.empty() ? observation.frame->bgr : observation.picture;
   const double factor = picture.empty() ? 1.0 : double(picture.cols) / look->frame->bgr.cols;
   auto now = std::make_shared<PersonSighting>(PersonSighting{scaled(*std::move(look->seen), factor), look->time, {}});
@@ -105,6 +110,7 @@ void PersonStage::process(Observation& observation) {
   }
   if (!pending_ && !observation.frame->bgr.empty() && is_time(observation.time)) {
     auto look = std::make_shared<Look>(Look{observation.frame, observation.time, track_.next(), {}});
+    const bool at_once = !beside_ || (options_.first_at_once && !std::exchange(asked_, true));
     const auto search = [this, look] {
       try {
         look->seen = search_.search(look->frame->bgr, look->query);
@@ -112,7 +118,7 @@ void PersonStage::process(Observation& observation) {
         throw failure(fmt::format("looking for a person failed: {}", error.err));
       }
     };
-    if (beside_) {
+    if (!at_once) {
       pending_ = look;
       beside_->ask(search);
     } else {

@@ -127,8 +127,8 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   if (options.signals.particles() || options.signals.reads() || save_particles) {
     chain.emplace(settings, options.signals.reads(), nullptr);
   }
-  const bool masks_of_people = settings.segmentation == "person";
-  auto person = save_joints || masks_of_people ? person_stage(settings) : nullptr;
+  std::optional<vision::PersonSearch> people;
+  if (save_joints || prepared.looks_for_people()) people.emplace(load_people(settings, kLookingThreads));
   SignalTally tally;
   const bool arms = chain && prepared.has_colour();
   if (chain && !arms) tally.no_colour();
@@ -150,8 +150,10 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   std::vector<std::unique_ptr<pipeline::Stage>> stages;
   stages.push_back(std::make_unique<pipeline::PictureStage>(summary.working_size, masker.uses_depth()));
   const JointsRecord* joints = nullptr;
-  if (person) {
-    stages.push_back(std::move(person));
+  if (people) {
+    const bool masks_of_people = prepared.looks_for_people();
+    stages.push_back(
+        person_stage(*std::move(people), settings, masks_of_people, !masks_of_people || masker.of_person()));
     if (save_joints) {
       auto joints_record = std::make_unique<JointsRecord>(JointsRecord::Keeps::kAll);
       joints = joints_record.get();

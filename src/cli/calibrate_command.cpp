@@ -84,7 +84,7 @@ void require_a_stretch(const ReachStage& reach, const config::Options& settings,
   }
   if (reach.bodies == 0) {
     throw usage_error(fmt::format("no body was ever seen in {}", counted(frames, "frame")), source,
-                      settings.segmentation == "person"
+                      settings.segmentation == "person" || settings.segmentation == "auto"
                           ? "the person network sees who is larger than a tenth of the picture's height"
                           : "somebody who never moves is taken for the wall: give a plate with --background");
   }
@@ -174,7 +174,9 @@ int calibrate(const CalibrateOptions& options, Session& session) {
 
   std::vector<std::unique_ptr<pipeline::Stage>> stages;
   stages.push_back(std::make_unique<pipeline::PictureStage>(prepared.summary.working_size, masker.uses_depth()));
-  if (masker.wants_person()) stages.push_back(person_stage(settings));
+  if (masker.wants_person()) {
+    stages.push_back(person_stage(load_people(settings, kLookingThreads), settings, true, masker.of_person()));
+  }
   stages.push_back(std::make_unique<pipeline::MaskStage>(std::move(masker)));
   chain.add_to(stages);
   auto owned = std::make_unique<ReachStage>();

@@ -273,7 +273,7 @@ int live(const LiveOptions& options, Session& session) {
     chain.emplace(settings, options.signals.reads(), std::move(on_late), length);
   }
   std::unique_ptr<pipeline::PersonStage> owned_person;
-  if (options.joints || settings.segmentation == "person") {
+  if (options.joints || prepared.looks_for_people()) {
     std::function<void(std::uint64_t)> on_late;
     if (keeps_up) {
       on_late = [&take](std::uint64_t frame) {

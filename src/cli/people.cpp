@@ -10,26 +10,25 @@
 #include "pipeline/person_models.hpp"
 
 namespace choreo::cli {
-namespace {
-
-std::unique_ptr<pipeline::PersonStage> make(const config::Options& settings, int threads,
-                                            pipeline::PersonStageOptions options) {
-  return std::make_unique<pipeline::PersonStage>(load_people(settings, threads), std::move(options));
-}
-
-}  // namespace
 
 vision::PersonSearch load_people(const config::Options& settings, int threads) {
   return pipeline::load_person_search({settings.person.models, settings.person.network == "lite", threads});
 }
 
-std::unique_ptr<pipeline::PersonStage> person_stage(const config::Options& settings) {
+bool lacks_people(const config::Options& settings) {
+  return settings.person.models.empty() &&
+         !pipeline::missing_person_models({{}, settings.person.network == "lite", 1}).empty();
+}
+
+std::unique_ptr<pipeline::PersonStage> person_stage(vision::PersonSearch search, const config::Options& settings,
+                                                    bool masks, bool somebody) {
   pipeline::PersonStageOptions options;
   options.delay_frames = 0;
   // A mask between two looks is a guess where anything moves fast, and a recording has time.
   constexpr double kEveryFrame = 1000;
-  options.looks_per_s = settings.segmentation == "person" ? kEveryFrame : settings.person.looks_per_s;
-  return make(settings, kLookingThreads, std::move(options));
+  options.looks_per_s = masks ? kEveryFrame : settings.person.looks_per_s;
+  if (!somebody) options.seeks_per_s = settings.person.looks_per_s;
+  return std::make_unique<pipeline::PersonStage>(std::move(search), std::move(options));
 }
 
 std::unique_ptr<pipeline::PersonStage> person_stage_beside(const config::Options& settings,
@@ -37,9 +36,10 @@ std::unique_ptr<pipeline::PersonStage> person_stage_beside(const config::Options
   pipeline::PersonStageOptions options;
   options.delay_frames = settings.person.delay_frames;
   options.looks_per_s = settings.person.looks_per_s;
+  options.first_at_once = true;  // Nothing was shown yet.
   options.waits = on_late == nullptr;
   options.on_late = std::move(on_late);
-  return make(settings, 1, std::move(options));
+  return std::make_unique<pipeline::PersonStage>(load_people(settings, 1), std::move(options));
 }
 
 void JointsRecord::process(pipeline::Observation& o) {

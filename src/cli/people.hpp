@@ -22,9 +22,15 @@ inline constexpr int kLookingThreads = 2;  ///< Of recordings, whose frames wait
 /// The network that the settings name. @throws Error (usage) where a file is missing or cannot be used.
 [[nodiscard]] vision::PersonSearch load_people(const config::Options& settings, int threads);
 
-/// The stage of a recording, whose frames wait for looks, as quick as two threads are.
-/// @throws Error (usage) where a network is missing or cannot be used.
-[[nodiscard]] std::unique_ptr<pipeline::PersonStage> person_stage(const config::Options& settings);
+/// Whether the files of the usual folder are missing. A folder that was chosen has to have them.
+[[nodiscard]] bool lacks_people(const config::Options& settings);
+
+/// The stage of a recording, whose frames wait for looks.
+/// @param masks  masks are made of people: who is there is looked at in every frame.
+/// @param somebody  is likely to be there; where nobody is, frames are looked at now and then.
+[[nodiscard]] std::unique_ptr<pipeline::PersonStage> person_stage(vision::PersonSearch search,
+                                                                  const config::Options& settings, bool masks,
+                                                                  bool somebody);
 
 /// The stage of a live run, which looks beside the frames.
 /// @param on_late  told the number of a frame at which a look was due and not done; empty: every look is waited for.

@@ -91,6 +91,10 @@ Preparation::Preparation(const SourceOptions& options, const config::Options& se
       spec_(pipeline::parse_background(settings.background)),
       segmentation_(vision::segmentation_named(settings.segmentation)) {
   settings.depth.validate();
+  if (segmentation_ == vision::Segmentation::kAuto && lacks_people(settings)) {
+    segmentation_ = vision::Segmentation::kColour;
+    summary.body = "whatever differs from the background; the person network is not here (script/run brings it)";
+  }
   summary.threads = threads_of(options);
   summary.instruction_set = kernel.name;
   source = open();
@@ -139,7 +143,7 @@ vision::Segmenter Preparation::learn() {
   const auto start = clock_.now();
   std::optional<vision::PersonSearch> search;
   vision::PersonTrack track;
-  if (segmentation_ == vision::Segmentation::kPerson) search.emplace(load_people(settings_, kLookingThreads));
+  if (looks_for_people()) search.emplace(load_people(settings_, kLookingThreads));
   const auto people = [&](const cv::Mat& picture) -> vision::PersonEvidence {
     const auto look = search->search(picture, track.next());
     track.update(look);
@@ -147,14 +151,21 @@ vision::Segmenter Preparation::learn() {
   };
   auto learned = pipeline::learn_background(
       std::move(source), spec_, plate_, settings_.working_rows, [this] { return open(); },
-      [&](double share) { session_.console.progress("learning the background", share); }, stop,
-      settings_.mask.infer_unseen, segmentation_, settings_.depth.margin(), people);
+      [&](double share) { session_.console.progress("learning the background", share); }, stop, segmentation_,
+      settings_.depth.margin(), people);
   session_.console.finish_progress();
   if (!learned) throw Interrupted{};
   source = std::move(learned->source);
   summary.learn_wall = clock_.now() - start;
   summary.background = learned->estimate;
   summary.background_pictures = learned->pictures;
+  if (segmentation_ == vision::Segmentation::kAuto) {
+    summary.body = learned->somebody ? "the person whom the network sees"
+                                     : "whatever differs from the background, until the network sees a person";
+    vision::Segmenter masker(learned->estimate, settings_.mask, learned->somebody);
+    summary.threshold = masker.threshold();
+    return masker;
+  }
   if (segmentation_ == vision::Segmentation::kPerson) {
     vision::PersonMasker masker(learned->estimate, settings_.mask);
     summary.threshold = masker.threshold();
@@ -168,6 +179,10 @@ vision::Segmenter Preparation::learn() {
   if (!learned->depth) return *std::move(colour);
   summary.depth = learned->depth;
   return {std::move(colour), vision::DepthMasker(*learned->depth, settings_.depth, settings_.mask), settings_.mask};
+}
+
+bool Preparation::looks_for_people() const {
+  return segmentation_ == vision::Segmentation::kPerson || segmentation_ == vision::Segmentation::kAuto;
 }
 
 bool Preparation::has_colour() {

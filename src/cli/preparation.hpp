@@ -41,6 +41,9 @@ class Preparation {
   /// @throws Error
   [[nodiscard]] bool has_colour();
 
+  /// Whether masks need somebody who looks for people (`PersonStage`).
+  [[nodiscard]] bool looks_for_people() const;
+
   /// Before `learn`: the settings that were given to the constructor have other values now.
   void settings_changed();
 

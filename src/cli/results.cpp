@@ -198,6 +198,7 @@ void sum_up(Summary& summary, const config::Options& settings, const Gathered& g
 
 void tell_frames(const Summary& summary, Console& console) {
   for (const auto& warning : summary.warnings) console.warn(warning);
+  if (!summary.body.empty()) console.say("body: " + summary.body);
   fmt::print("{} frame{}, {} with a body\n", summary.frames, summary.frames == 1 ? "" : "s",
              summary.frames - summary.frames_without_body);
 }

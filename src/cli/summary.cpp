@@ -61,10 +61,10 @@ std::string to_json(const Summary& s, const config::Config& config) {
   json["first_time_s"] = rounded(s.first_time_s, 6);
   json["last_time_s"] = rounded(s.last_time_s, 6);
   json["segmentation"] = config.options().segmentation;
+  if (!s.body.empty()) json["body"] = s.body;
   json["background"] = {{"from", config.options().background},
                         {"uncertain", s.uncertain()},
                         {"share_of_body_before_unseen_wall", rounded(s.background.unseen, 4)},
-                        {"pieced_together", s.background.pieced},
                         {"share_of_body_inferred", rounded(s.inferred, 4)},
                         {"share_of_pictures_without_body", rounded(s.background.empty, 4)},
                         {"pictures", s.background_pictures},

@@ -35,6 +35,7 @@ struct Summary {
   std::size_t frames_with_body_cut = 0;
   double first_time_s = 0;
   double last_time_s = 0;
+  std::string body;                 ///< What counts as one where `segmentation` leaves it open.
   std::optional<double> threshold;  ///< Grey levels; absent where depth alone decides.
   vision::BackgroundEstimate background;
   std::optional<vision::DepthBackground> depth;  ///< Absent where colour alone decides.

@@ -14,9 +14,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "vision/difference.hpp"
-#include "vision/lots.hpp"
 #include "vision/tone_curve.hpp"
-#include "vision/unseen_wall.hpp"
 
 namespace choreo::vision {
 namespace {
@@ -199,41 +197,12 @@ BackgroundEstimate judge_plate(const cv::Mat& plate, std::span<const cv::Mat> pi
   return estimate;
 }
 
-BackgroundEstimate with_inferred_wall(BackgroundEstimate estimate, std::span<const cv::Mat> pictures) {
-  constexpr std::size_t kMostPictures = 60;  // A wall that no sixtieth of the clip shows is as good as unseen.
-  // By lot: evenly spaced pictures of somebody who moves to a beat may all show one pose.
-  std::vector<std::size_t> drawn(pictures.size());
-  std::iota(drawn.begin(), drawn.end(), std::size_t{0});
-  std::sort(drawn.begin(), drawn.end(), [](std::size_t a, std::size_t b) { return lot_of(a) < lot_of(b); });
-  drawn.resize(std::min(drawn.size(), kMostPictures));
-  std::sort(drawn.begin(), drawn.end());
-  std::vector<cv::Mat> alike;
-  for (const auto k : drawn) alike.push_back(ToneCurve(pictures[k], estimate.plate).apply(pictures[k]));
-  const auto wall = infer_wall(alike, estimate.noise);
-  if (!estimate.uncertain()) {
-    if (share(wall.unseen) < kLeastBody || !improves(estimate, wall)) return estimate;
+BackgroundEstimate estimate_beginning(std::span<const cv::Mat> pictures, std::span<const cv::Mat> quiet) {
+  cv::Mat plate = median_plate(pictures);
+  for (const auto& candidate : quiet) {
+    take_unoutlined(plate, ToneCurve(candidate, plate).apply(candidate), kLeastThreshold);
   }
-  return with_wall(std::move(estimate), wall);
-}
-
-bool improves(const BackgroundEstimate& estimate, const InferredWall& wall) {
-  cv::Mat better = estimate.plate.clone();
-  take_unoutlined(better, wall.plate, threshold_of(estimate.noise));
-  return share(foreground(better, estimate.plate, threshold_of(estimate.noise))) >= kLeastBody;
-}
-
-BackgroundEstimate with_wall(BackgroundEstimate estimate, const InferredWall& wall) {
-  // What was right stays to the last bit.
-  const cv::Mat other = foreground(wall.plate, estimate.plate, threshold_of(estimate.noise)) | wall.unseen;
-  wall.plate.copyTo(estimate.plate, other);
-  estimate.pieced = true;
-  estimate.reach = wall.reach;
-  estimate.inferred = estimate.inferred.empty() ? other : cv::Mat(other | estimate.inferred);
-  if (cv::countNonZero(wall.unseen) > 0) {
-    estimate.never_seen = wall.unseen;
-    estimate.ghost = wall.ghost;
-  }
-  return estimate;
+  return judge_plate(plate, pictures);
 }
 
 BackgroundEstimate estimate_background(std::span<const cv::Mat> pictures, std::span<const cv::Mat> quiet) {

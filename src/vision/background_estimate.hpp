@@ -6,8 +6,6 @@
 
 #include <opencv2/core/mat.hpp>
 
-#include "vision/unseen_wall.hpp"
-
 namespace choreo::vision {
 
 /// A picture of the room without the body, and how far it can be trusted.
@@ -20,26 +18,21 @@ struct BackgroundEstimate {
   double unseen = 0;
   /// Share of the pictures that show no body, 0 to 1.
   double empty = 0;
-  /// Whether the plate was pieced together from what is likely (`infer_wall`) instead of seen.
-  bool pieced = false;
-  /// CV_8UC1, 255 where the plate is an inference; empty where not `pieced`.
-  cv::Mat inferred;
-  /// CV_8UC1, 255 where the body was in any picture, and near it; empty where not `pieced`.
-  cv::Mat reach;
-  /// CV_8UC1, 255 where the body stood in every picture, so that the plate is a guess (`infer_wall`); empty: nowhere.
+  /// CV_8UC1, 255 where somebody stood in every picture, so that the plate is a guess; empty: not known.
   cv::Mat never_seen;
-  /// CV_8UC3, what the body looked like there; empty where `never_seen` is.
-  cv::Mat ghost;
-  /// Learned from the beginning alone: what comes may show more of the wall.
-  bool provisional = false;
 
   /// Whether masks made against it may have holes or ghosts.
-  [[nodiscard]] bool uncertain() const { return unseen > 0.02 || pieced; }
+  [[nodiscard]] bool uncertain() const { return unseen > 0.02; }
 };
 
 /// Per pixel and channel the median over the pictures: right where more than half of them show the wall.
 /// @param pictures  at least one, CV_8UC3, of one size.
 [[nodiscard]] cv::Mat median_plate(std::span<const cv::Mat> pictures);
+
+/// Of a clip's beginning: the median, and where a stretch in which the whole picture stood still has the weaker
+/// outline, that stretch. Somebody who comes in halfway is in half of the pictures.
+/// @param pictures, quiet  as of `estimate_background`.
+[[nodiscard]] BackgroundEstimate estimate_beginning(std::span<const cv::Mat> pictures, std::span<const cv::Mat> quiet);
 
 /// A robust estimate over a whole clip: people move, walls do not.
 ///
@@ -52,18 +45,6 @@ struct BackgroundEstimate {
 /// @param quiet  means of stretches in which the picture stood still (`QuietStretches`), the longest first.
 /// @cost  O(pictures x pixels); uses all cores, and the result does not depend on how many.
 [[nodiscard]] BackgroundEstimate estimate_background(std::span<const cv::Mat> pictures, std::span<const cv::Mat> quiet);
-
-/// `estimate` with the wall behind a body that never left, as far as the pictures tell (`infer_wall`); unchanged where
-/// they give no reason to doubt it.
-[[nodiscard]] BackgroundEstimate with_inferred_wall(BackgroundEstimate estimate, std::span<const cv::Mat> pictures);
-
-/// Whether an inferred wall is a better one over at least a body's area: a room that was seen empty, and somebody who
-/// then stands still before it most of the time, look like a wall never seen; but the wall that was seen goes on behind
-/// the body, and what would replace it has a body's outline.
-[[nodiscard]] bool improves(const BackgroundEstimate& estimate, const InferredWall& wall);
-
-/// `estimate` with a wall that was inferred from pictures in the plate's light.
-[[nodiscard]] BackgroundEstimate with_wall(BackgroundEstimate estimate, const InferredWall& wall);
 
 /// A given plate judged against pictures of the clip: fills in noise, unseen and empty.
 [[nodiscard]] BackgroundEstimate judge_plate(const cv::Mat& plate, std::span<const cv::Mat> pictures);

@@ -66,9 +66,6 @@ cv::Rect pixels_of(const Zone& zone, cv::Size size) {
   return {x0, y0, x1 - x0, y1 - y0};
 }
 
-// Of the picture: a smaller hole in a body before a pieced wall is a mistake, a larger one may be seen through.
-constexpr double kHoleShare = 0.001;
-
 BackgroundEstimate known(const cv::Mat& plate, double noise) {
   BackgroundEstimate estimate;
   estimate.plate = plate;
@@ -95,6 +92,7 @@ void MaskOptions::validate() const {
   check(follow_s >= 0 && follow_s <= 3600, "background.follow_s", follow_s, "from 0 (off) to 3600 s");
   check(sudden_percent >= 1 && sudden_percent <= 100, "background.sudden_percent", sudden_percent,
         "from 1 to 100 % of the picture (100: off)");
+  check(absorb_s >= 0 && absorb_s <= 3600, "background.absorb_s", absorb_s, "from 0 (never) to 3600 s");
   check(relearn_s >= 0 && relearn_s <= 60, "background.relearn_s", relearn_s, "from 0 to 60 s");
 }
 
@@ -109,21 +107,11 @@ cv::Mat allowed_area(const MaskOptions& options, cv::Size size) {
 BodyMasker::BodyMasker(const cv::Mat& plate, double noise, MaskOptions options)
     : BodyMasker(known(plate, noise), std::move(options)) {}
 
-BodyMasker::BodyMasker(const BackgroundEstimate& estimate, MaskOptions options)
-    : options_(std::move(options)), noise_(estimate.noise) {
+BodyMasker::BodyMasker(const BackgroundEstimate& estimate, MaskOptions options) : options_(std::move(options)) {
   const auto& plate = estimate.plate;
-  const double noise = noise_;
   assert(plate.type() == CV_8UC3);
   options_.validate();
-  if (options_.infer_unseen) {
-    pieced_ = estimate.pieced;
-    reach_ = estimate.reach;
-    inferred_ = estimate.inferred;
-    never_seen_ = estimate.never_seen;
-    ghost_ = estimate.ghost;
-    if (estimate.provisional) learner_.emplace(noise_);
-  }
-  threshold_ = options_.threshold.value_or(std::max(options_.least_threshold, options_.noise_factor * noise));
+  threshold_ = options_.threshold.value_or(std::max(options_.least_threshold, options_.noise_factor * estimate.noise));
   background_ = plate.clone();
   background_.convertTo(running_, CV_32F);
   allowed_ = allowed_area(options_, plate.size());
@@ -173,17 +161,9 @@ MaskResult BodyMasker::process(const cv::Mat& picture, double time_s) {
   cv::Mat mask = difference > threshold_;
   if (options_.drop_soft_light) mask = without_soft_light(mask, picture, lit);
   if (options_.half_contrast_edge) mask = edge_at_half_contrast(without_halo(mask, difference), difference);
-  if (!never_seen_.empty()) {
-    mask.setTo(0, never_seen_);
-    mask |= before_unseen(picture, lit, curve);
-  }
   mask = annealed(mask, options_.steps);
   if (!allowed_.empty()) mask &= allowed_;
   const int speck = static_cast<int>(std::ceil(options_.speck_percent / 100.0 * double(mask.total())));
-  if (pieced_) {
-    mask = without_parts_of_light(mask, picture, lit, reach_);
-    mask = without_small_holes(mask, static_cast<int>(kHoleShare * double(mask.total())));
-  }
   mask = without_specks(mask, speck, options_.largest_only);
 
   // The body's shadow and blur reach beyond its mask.
@@ -191,13 +171,12 @@ MaskResult BodyMasker::process(const cv::Mat& picture, double time_s) {
   last_mask_ = dilated(mask, margin);
   last_lit_ = lit;
   follow(picture, lit, dt_s);
-  if (learner_) learn_wall(picture, time_s);
+  if (options_.absorb_s > 0) absorb(picture, mask, time_s);
 
   const int area = cv::countNonZero(mask);
   if (area == 0 || area < options_.min_body_percent / 100.0 * double(mask.total())) return result;
   result.mask = mask;
   result.area = area;
-  if (pieced_) result.inferred = cv::countNonZero(mask & inferred_);
   result.body = true;
   const auto box = cv::boundingRect(mask);
   result.cut = box.x == 0 || box.y == 0 || box.br().x == mask.cols || box.br().y == mask.rows;
@@ -232,37 +211,34 @@ void BodyMasker::follow(const cv::Mat& picture, const cv::Mat& lit, double dt_s)
   });
 }
 
-// Where the wall was never seen: body, unless it looks like the wall around and not like the body did.
-cv::Mat BodyMasker::before_unseen(const cv::Mat& picture, const cv::Mat& lit, const ToneCurve& curve) const {
-  const cv::Mat from_wall = difference_luminance(picture, lit);
-  const cv::Mat from_ghost = difference_luminance(picture, curve.apply(ghost_));
-  return never_seen_ & ((from_wall > threshold_) | (from_ghost <= 2 * threshold_));
-}
-
-void BodyMasker::learn_wall(const cv::Mat& picture, double time_s) {
-  const auto wall = learner_->add(picture, time_s, background_, last_mask_);
-  // Where nothing moves nothing can be told: somebody who stands still before a wall that was seen stays a body.
-  if (!wall || cv::countNonZero(wall->reach) == 0) return;
-  BackgroundEstimate so_far;
-  so_far.plate = background_.clone();
-  so_far.noise = noise_;
-  so_far.inferred = inferred_;
-  if (!pieced_ && !improves(so_far, *wall)) return;
-  const auto now = with_wall(std::move(so_far), *wall);
-  background_ = now.plate;
-  background_.convertTo(running_, CV_32F);
-  pieced_ = now.pieced;
-  reach_ = now.reach;
-  inferred_ = now.inferred;
-  never_seen_ = now.never_seen;
-  ghost_ = now.ghost;
-}
-
-// Of another scene nothing that was inferred holds.
-void BodyMasker::forget_inference() {
-  pieced_ = false;
-  for (auto* map : {&reach_, &inferred_, &never_seen_, &ghost_}) map->release();
-  if (learner_) learner_->reset();
+// Whole parts of the mask that did not move: somebody who only moves an arm stays as they are.
+void BodyMasker::absorb(const cv::Mat& picture, const cv::Mat& mask, double time_s) {
+  if (still_.empty()) {
+    still_ = mask.clone();
+    still_looks_ = picture.clone();
+    still_since_s_ = time_s;
+    return;
+  }
+  // What light does to both is no movement.
+  still_ &= difference_luminance(picture, still_looks_) <= 2 * threshold_;
+  if (time_s - still_since_s_ < options_.absorb_s) return;
+  constexpr double kAllOfIt = 0.95;
+  cv::Mat labels;
+  const int count = cv::connectedComponents(mask, labels, 8, CV_32S, cv::CCL_SAUF);
+  cv::Mat absorbed = cv::Mat::zeros(mask.size(), CV_8UC1);
+  for (int part = 1; part < count; ++part) {
+    const cv::Mat all = labels == part;
+    if (cv::countNonZero(all & still_) >= kAllOfIt * cv::countNonZero(all)) absorbed |= all;
+  }
+  if (cv::countNonZero(absorbed) > 0) {
+    absorbed = dilated(absorbed, 2);  // With the blur of its edge.
+    picture.copyTo(background_, absorbed);
+    background_.convertTo(running_, CV_32F);
+    last_mask_.setTo(0, absorbed);
+  }
+  still_ = mask & ~absorbed;
+  still_looks_ = picture.clone();
+  still_since_s_ = time_s;
 }
 
 bool BodyMasker::relearn(const cv::Mat& picture, double time_s) {
@@ -272,7 +248,6 @@ bool BodyMasker::relearn(const cv::Mat& picture, double time_s) {
   background_ = median_plate(learning_);
   background_.convertTo(running_, CV_32F);
   last_mask_ = cv::Mat();
-  forget_inference();
   // Should the scene have changed again meanwhile, the next picture is seen to be another.
   last_lit_ = background_.clone();
   learning_.clear();

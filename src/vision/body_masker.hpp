@@ -10,7 +10,6 @@
 
 #include "vision/background_estimate.hpp"
 #include "vision/tone_curve.hpp"
-#include "vision/wall_learner.hpp"
 
 namespace choreo::vision {
 
@@ -35,10 +34,10 @@ struct MaskOptions {
   Zone roi;                         ///< What lies outside is no body.
   std::vector<Zone> ignore;         ///< What lies inside any of these is no body.
 
-  bool infer_unseen = true;      ///< Use what was inferred of a wall that was never seen, and infer more of it live.
   bool follow_exposure = true;   ///< Bring the background to each picture's exposure, white balance and tone.
   double follow_s = 20.0;        ///< Time constant of the running background outside the body, s, [0, 3600]; 0: off.
   double sudden_percent = 60.0;  ///< A change of more than this share of the picture is not a body, [1, 100]; 100: off.
+  double absorb_s = 0;           ///< What stands still for so long becomes background, s, [0, 3600]; 0: nothing does.
   double relearn_s = 1.0;        ///< How long the background is learned anew after a sudden change, s, [0, 60].
 
   void validate() const;  ///< @throws Error (usage) naming the option, its value and its range.
@@ -51,7 +50,7 @@ struct MaskOptions {
 struct MaskResult {
   cv::Mat mask;           ///< CV_8UC1, 0 or 255; all 0 where there is no body.
   int area = 0;           ///< Pixels in `mask`.
-  int inferred = 0;       ///< Of them, those that an inferred wall decided.
+  int inferred = 0;       ///< Of them, those before what was never seen, which something else than the picture decided.
   bool body = false;      ///< Whether there is a body.
   bool cut = false;       ///< The body touches the picture's border.
   bool sudden = false;    ///< The whole picture changed at this frame; the background is learned anew.
@@ -68,37 +67,33 @@ class BodyMasker {
   /// @param noise  standard deviation of the sensor's noise in D, grey levels.
   BodyMasker(const cv::Mat& plate, double noise, MaskOptions options);
 
-  /// @param estimate  its plate, noise, never_seen, ghost and provisional are used; they are not written to.
+  /// @param estimate  its plate and noise are used, and not written to.
   BodyMasker(const BackgroundEstimate& estimate, MaskOptions options);
 
   /// @param picture  CV_8UC3.  @param time_s  seconds, increasing.
   [[nodiscard]] MaskResult process(const cv::Mat& picture, double time_s);
 
   [[nodiscard]] double threshold() const { return threshold_; }  ///< In use, grey levels of D.
+  /// The background as it is now, CV_8UC3, in the plate's light; not to be written to.
+  [[nodiscard]] const cv::Mat& background() const { return background_; }
 
  private:
   [[nodiscard]] double changed_percent(const cv::Mat& difference) const;
   void follow(const cv::Mat& picture, const cv::Mat& lit, double dt_s);
+  void absorb(const cv::Mat& picture, const cv::Mat& mask, double time_s);
   bool relearn(const cv::Mat& picture, double time_s);
-  void learn_wall(const cv::Mat& picture, double time_s);
-  void forget_inference();
-  [[nodiscard]] cv::Mat before_unseen(const cv::Mat& picture, const cv::Mat& lit, const ToneCurve& curve) const;
 
   MaskOptions options_;
   double threshold_;
-  cv::Mat running_;                     // CV_32FC3, the background in the light of the plate.
-  cv::Mat background_;                  // CV_8UC3, the same rounded.
-  cv::Mat last_lit_;                    // CV_8UC3, in the light of the last picture.
-  cv::Mat last_mask_;                   // CV_8UC1, the last body and what is near it; not to be learned from.
-  bool pieced_ = false;                 // The background is inferred, and may be wrong in small places.
-  cv::Mat inferred_;                    // CV_8UC1, where it is.
-  cv::Mat reach_;                       // CV_8UC1, where the body was while the wall was learned.
-  cv::Mat never_seen_;                  // CV_8UC1, where the background is a guess; empty: nowhere.
-  cv::Mat ghost_;                       // CV_8UC3, what the body looked like there.
-  std::optional<WallLearner> learner_;  // While more of the wall may come to light.
-  double noise_;
-  cv::Mat allowed_;  // CV_8UC1, where a body may be; empty: everywhere.
+  cv::Mat running_;     // CV_32FC3, the background in the light of the plate.
+  cv::Mat background_;  // CV_8UC3, the same rounded.
+  cv::Mat last_lit_;    // CV_8UC3, in the light of the last picture.
+  cv::Mat last_mask_;   // CV_8UC1, the last body and what is near it; not to be learned from.
+  cv::Mat allowed_;     // CV_8UC1, where a body may be; empty: everywhere.
   std::optional<double> last_time_s_;
+  cv::Mat still_;        // CV_8UC1, body that did not move since still_since_s_.
+  cv::Mat still_looks_;  // CV_8UC3, what it looked like then.
+  double still_since_s_ = 0;
   std::optional<double> learning_since_s_;
   std::vector<cv::Mat> learning_;
 };

@@ -150,13 +150,6 @@ cv::Mat without_specks(const cv::Mat& mask, int min_area, bool only_largest) {
                [&](std::size_t part) { return area[part] >= min_area && (!only_largest || part == largest); });
 }
 
-cv::Mat without_small_parts(const cv::Mat& mask, int share) {
-  const auto parts = parts_of(mask, Neighbours::kEight);
-  const auto area = areas_of(parts);
-  const auto largest = area.empty() ? 0 : *std::max_element(area.begin(), area.end());
-  return drawn(parts, mask.size(), [&](std::size_t part) { return area[part] * share >= largest; });
-}
-
 cv::Mat closed_by_disc(const cv::Mat& mask, double radius) {
   assert(radius >= 2);
   cv::Mat out = cv::Mat::zeros(mask.size(), CV_8UC1);

@@ -46,9 +46,6 @@ namespace choreo::vision {
 /// without all but the largest (the first in reading order among equals).
 [[nodiscard]] cv::Mat without_specks(const cv::Mat& mask, int min_area, bool only_largest);
 
-/// `mask` without its connected components (8-neighbourhood) of less than 1 / `share` of the largest one's pixels.
-[[nodiscard]] cv::Mat without_small_parts(const cv::Mat& mask, int share);
-
 /// `mask` grown by a disc (OpenCV's chamfer distance, 3 x 3) and shrunk by one that is two pixels smaller: gaps are
 /// closed, and edges stand out a little.
 /// @param mask  CV_8UC1, 0 or 255.  @param radius  pixels, 2 or more.

@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <span>
+#include <vector>
 
 #include <opencv2/core/mat.hpp>
 
@@ -16,12 +17,19 @@ namespace choreo::vision {
 struct PersonEvidence {
   cv::Mat likely;       ///< CV_8UC1 of the picture's size: 0 to 255, by the network; empty: nobody is there.
   double doubt_px = 0;  ///< How far the person may have moved since, and how blurred the silhouette is.
+  struct Reach {
+    cv::Point2d hand;
+    double radius = 0;
+  };
+  std::vector<Reach> held = {};  ///< Where something may be that a hand holds, in pixels of the picture.
 };
 
 /// The background behind people: per pixel and channel the median over the pictures in which nobody is likely there.
 ///
-/// All are brought to the light of the one in the middle first. Where somebody is in all of them `never_seen` is set
-/// and the plate is a guess, the median of everything. `ghost` stays empty, and nothing is inferred.
+/// One or two pictures in a row that show nobody, while those before or after do, are those in which the network lost
+/// somebody, and count as covered. All are brought to the light of the one in the middle first. Where somebody is in
+/// all of them `never_seen` is set and the plate is a guess, the median of everything. `ghost` stays empty, and nothing
+/// is inferred.
 /// @param pictures  at least one, CV_8UC3, of one size.
 /// @param people  as many, in the same order.
 [[nodiscard]] BackgroundEstimate background_behind_people(std::span<const cv::Mat> pictures,
@@ -32,9 +40,11 @@ struct PersonEvidence {
 /// Body is what differs from the background near where the person is likely, and, where the difference has no word
 /// (clothes like the room, a background that was never seen), what the network is sure of. Outlines are therefore the
 /// picture's where the background is known, and the network's where it is not. What no look calls a person, a chair or
-/// somebody else, is no body; and of what is surely not the person the background is learned: what was never seen
-/// becomes known once it is seen, and slow light is followed.
-/// The same pictures, times and evidence give the same masks, to the last bit.
+/// somebody else, is no body; what hands hold is. Who was seen a moment ago and is lost to the network, upside down
+/// say, is followed by the difference for some seconds, and what comes in at the border is body for half a second,
+/// until the network has seen enough of it; and of what is surely not the person the background is learned: what was
+/// never seen becomes known once it is seen, and slow light is followed. The same pictures, times and evidence give the
+/// same masks, to the last bit.
 /// @thread thread-bound
 class PersonMasker {
  public:
@@ -47,7 +57,9 @@ class PersonMasker {
   [[nodiscard]] double threshold() const { return threshold_; }  ///< In use, grey levels of D.
 
  private:
-  [[nodiscard]] cv::Mat foreground(const cv::Mat& picture, const cv::Mat& lit) const;
+  [[nodiscard]] cv::Mat foreground(const cv::Mat& picture, const cv::Mat& lit, const cv::Mat& difference) const;
+  [[nodiscard]] cv::Mat expected(const PersonEvidence& person, double time_s) const;
+  [[nodiscard]] cv::Mat entering(const cv::Mat& foreground, double time_s);
   void learn(const cv::Mat& picture, const cv::Mat& lit, const cv::Mat& surely_not, double dt_s);
 
   MaskOptions options_;
@@ -56,7 +68,11 @@ class PersonMasker {
   cv::Mat background_;  // CV_8UC3, the same rounded.
   cv::Mat never_seen_;  // CV_8UC1, 255 where it is a guess.
   cv::Mat allowed_;     // CV_8UC1, where a body may be; empty: everywhere.
+  cv::Mat last_mask_;   // CV_8UC1, the last body.
   std::optional<double> last_time_s_;
+  std::optional<double> first_time_s_;
+  std::optional<double> last_seen_s_;  // By the network.
+  std::optional<double> entering_s_;   // Since when something is at the border that nobody is seen to be.
 };
 
 }  // namespace choreo::vision

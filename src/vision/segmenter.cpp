@@ -13,6 +13,8 @@
 namespace choreo::vision {
 namespace {
 
+constexpr double kAbsorbed = 3;       // Seconds that something stands still which no look calls a person.
+constexpr double kSeenFor = 1 / 3.0;  // Seconds; a single look may be mistaken.
 constexpr double kAgreement = 0.9;
 constexpr int kLooksAround = 4;         // times the edge's width
 constexpr int kRowsPerEdgePixel = 160;  // a depth edge wanders by about as many pixels of 480 rows
@@ -40,8 +42,9 @@ Segmentation segmentation_named(std::string_view name) {
   if (name == "colour") return Segmentation::kColour;
   if (name == "depth") return Segmentation::kDepth;
   if (name == "both") return Segmentation::kBoth;
-  assert(name == "person");
-  return Segmentation::kPerson;
+  if (name == "person") return Segmentation::kPerson;
+  assert(name == "auto");
+  return Segmentation::kAuto;
 }
 
 cv::Mat combined(const cv::Mat& by_colour, const cv::Mat& by_depth, const cv::Mat& known, int edge_px) {
@@ -62,6 +65,37 @@ cv::Mat combined(const cv::Mat& by_colour, const cv::Mat& by_depth, const cv::Ma
 Segmenter::Segmenter(BodyMasker colour) : colour_(std::move(colour)) {}
 
 Segmenter::Segmenter(PersonMasker person) : person_(std::move(person)) {}
+
+Segmenter::Segmenter(const BackgroundEstimate& background, MaskOptions options, bool somebody)
+    : options_(std::move(options)), as_it_turns_out_(true), noise_(background.noise) {
+  if (somebody) {
+    person_.emplace(background, options_);
+  } else {
+    auto whatever = options_;
+    whatever.absorb_s = kAbsorbed;
+    colour_.emplace(background, std::move(whatever));
+  }
+}
+
+std::optional<double> Segmenter::threshold() const {
+  if (person_) return person_->threshold();
+  return colour_ ? std::optional(colour_->threshold()) : std::nullopt;
+}
+
+// What was learned of the background by then holds.
+void Segmenter::meet(const PersonEvidence& person, double time_s) {
+  if (person.likely.empty()) {
+    there_since_s_.reset();
+    return;
+  }
+  if (!there_since_s_) there_since_s_ = time_s;
+  if (time_s - *there_since_s_ < kSeenFor) return;
+  BackgroundEstimate so_far;
+  so_far.plate = colour_->background();
+  so_far.noise = noise_;
+  person_.emplace(so_far, options_);
+  colour_.reset();
+}
 
 Segmenter::Segmenter(std::optional<BodyMasker> colour, DepthMasker depth, MaskOptions options)
     : colour_(std::move(colour)), depth_(std::move(depth)), options_(std::move(options)) {}

@@ -14,9 +14,9 @@
 namespace choreo::vision {
 
 /// What decides which pixels are body.
-enum class Segmentation { kColour, kDepth, kBoth, kPerson };
+enum class Segmentation { kColour, kDepth, kBoth, kPerson, kAuto };
 
-/// @param name  "colour", "depth", "both" or "person" (asserted).
+/// @param name  "colour", "depth", "both", "person" or "auto" (asserted).
 [[nodiscard]] Segmentation segmentation_named(std::string_view name);
 
 /// One mask of two: depth decides where it is known, colour where it is not and along the edges.
@@ -27,7 +27,9 @@ enum class Segmentation { kColour, kDepth, kBoth, kPerson };
 /// @param by_colour, by_depth, known  CV_8UC1, 0 or 255, of one size; `known` is where depth decided.
 [[nodiscard]] cv::Mat combined(const cv::Mat& by_colour, const cv::Mat& by_depth, const cv::Mat& known, int edge_px);
 
-/// Makes body masks by colour, by depth, by both, or of a person.
+/// Makes body masks by colour, by depth, by both, of a person, or as it turns out: whatever differs is body until a
+/// person was seen for a third of a second, and what stands still meanwhile becomes background; from then on the person
+/// is.
 /// @thread thread-bound
 class Segmenter {
  public:
@@ -37,6 +39,10 @@ class Segmenter {
   /// Of a person: what `person` gives, to the last bit.
   Segmenter(PersonMasker person);  // NOLINT(google-explicit-constructor): likewise.
 
+  /// As it turns out.
+  /// @param somebody  whether a person was seen while the background was learned.
+  Segmenter(const BackgroundEstimate& background, MaskOptions options, bool somebody);
+
   /// By depth alone, or, with `colour`, by both.
   Segmenter(std::optional<BodyMasker> colour, DepthMasker depth, MaskOptions options);
 
@@ -44,20 +50,27 @@ class Segmenter {
   /// @param depth_mm  CV_16UC1 of the picture's size. Empty where a frame has none: there is no body by depth then, and
   ///   by both colour decides alone. Not looked at where colour alone decides.
   /// @param time_s    seconds, increasing.
-  /// @param person    looked at of a person alone.
+  /// @param person    looked at where `wants_person`.
   [[nodiscard]] MaskResult process(const cv::Mat& picture, const cv::Mat& depth_mm, double time_s,
                                    const PersonEvidence& person = {});
 
   [[nodiscard]] bool uses_depth() const { return depth_.has_value(); }
-  [[nodiscard]] bool wants_person() const { return person_.has_value(); }
+  [[nodiscard]] bool wants_person() const { return person_.has_value() || as_it_turns_out_; }
+  /// Of a person, by now.
+  [[nodiscard]] bool of_person() const { return person_.has_value(); }
+  [[nodiscard]] std::optional<double> threshold() const;  ///< Grey levels of D; nothing by depth alone.
 
  private:
+  void meet(const PersonEvidence& person, double time_s);
   [[nodiscard]] MaskResult finished(cv::Mat mask, const DepthMask& depth) const;
 
   std::optional<BodyMasker> colour_;
   std::optional<DepthMasker> depth_;
   std::optional<PersonMasker> person_;
   MaskOptions options_;
+  bool as_it_turns_out_ = false;
+  double noise_ = 0;
+  std::optional<double> there_since_s_;  // A person, without a break.
 };
 
 }  // namespace choreo::vision

@@ -16,15 +16,4 @@ namespace choreo::vision {
 /// @param mask  CV_8UC1, 0 or 255.  @param picture, background  CV_8UC3 of its size, in the same light.
 [[nodiscard]] cv::Mat without_soft_light(const cv::Mat& mask, const cv::Mat& picture, const cv::Mat& background);
 
-/// Whether `now` may be the surface `before` in another light, such as a shadow on it or a glow: one ratio, from
-/// `darkest` to 1.5, serves all channels.
-[[nodiscard]] bool same_surface(const cv::Vec3b& now, const cv::Vec3b& before, float darkest = 0.4F);
-
-/// `mask` without what is beside the body: connected parts of which four fifths are the background in another light,
-/// however sharp their outline, and parts of less than a third of the largest that lie mostly outside `reach`. The
-/// largest stays.
-/// @param reach  CV_8UC1, where a body is expected; empty: everywhere.
-[[nodiscard]] cv::Mat without_parts_of_light(const cv::Mat& mask, const cv::Mat& picture, const cv::Mat& background,
-                                             const cv::Mat& reach);
-
 }  // namespace choreo::vision

@@ -318,7 +318,7 @@ TEST(Differing, NamesWhatWasAndWhatIs) {
   is.set("segmentation=both");
   is.set("plot.width_px=320");
   EXPECT_EQ(differing(was.values(), is.values()),
-            "mask.steps was 2 and is 1, segmentation was \"colour\" and is \"both\"");
+            "mask.steps was 2 and is 1, segmentation was \"auto\" and is \"both\"");
 }
 
 TEST(Differing, WhatOneVersionAloneKnowsIsLeftOut) {

@@ -69,12 +69,11 @@ std::vector<Case> cases() {
                                            "1",
                                            repeated("[0, 0, 1, 1]", 65)};
   return {
-      {"segmentation", {"\"colour\"", "\"depth\"", "\"both\"", "\"person\""}, kNoWord},
+      {"segmentation", {"\"auto\"", "\"colour\"", "\"depth\"", "\"both\"", "\"person\""}, kNoWord},
       {"background.from",
        {"\"auto\"", "\"first:1s\"", "\"first:0.5\"", "\"first:10min\"", "\"a plate.png\"",
         R"("C:\\x \"y\" \u007f\t\n")", "'/tmp/\u00e9.png'"},
        {"\"\"", "1", "true", "\"first:\"", "\"first:0s\"", "\"first:soon\"", "\"first:-1s\"", "[\"auto\"]"}},
-      {"background.infer_unseen", {"true", "false"}, kNoFlag},
       {"background.follow_exposure", {"true", "false"}, kNoFlag},
       {"background.follow_s", {"0", "3600", "0.30000000000000004", "-0.0"}, no_number({"-0.001", "3600.1"})},
       {"background.sudden_percent", {"1", "100", "59.5"}, no_number({"0.999", "100.1", "0"})},

@@ -18,7 +18,14 @@
 
 namespace choreo::test {
 
-inline Outcome choreoscope(const std::vector<std::string>& arguments, const RunOptions& options = {}) {
+/// Without the person network, as on a machine without npm: what is asked here does not depend on whether it came.
+inline Outcome choreoscope(const std::vector<std::string>& arguments, RunOptions options = {}) {
+  options.environment.emplace_back("XDG_CACHE_HOME", "/nonexistent");
+  return run_program(program(), arguments, options);
+}
+
+/// As a user runs it who has the network, or has it not.
+inline Outcome choreoscope_with_network(const std::vector<std::string>& arguments, const RunOptions& options = {}) {
   return run_program(program(), arguments, options);
 }
 
@@ -55,7 +62,7 @@ struct Results {
 
 /// A file of the person network that is missing; empty: none is. Tests that need it skip with its name.
 inline std::string missing_person_network() {
-  const auto listed = nlohmann::json::parse(choreoscope({"devices", "--json"}).out);
+  const auto listed = nlohmann::json::parse(choreoscope_with_network({"devices", "--json"}).out);
   for (const auto& model : listed.at("models")) {
     if (!model.at("is_there").get<bool>()) return model.at("file").get<std::string>();
   }
@@ -64,12 +71,20 @@ inline std::string missing_person_network() {
 
 /// Runs `analyze`, which must end with 0.
 inline Outcome analyze(const std::string& source, const std::string& out, const std::vector<std::string>& more = {},
-                       const RunOptions& options = {}) {
+                       const RunOptions& options = {}, decltype(choreoscope)* program = choreoscope) {
   std::vector<std::string> arguments{"analyze", source, "--out", out};
   arguments.insert(arguments.end(), more.begin(), more.end());
-  auto run = choreoscope(arguments, options);
+  auto run = program(arguments, options);
   EXPECT_EQ(run.status, 0) << run.told();
   return run;
+}
+
+/// Likewise as a user runs it.
+inline Outcome analyze_with_network(const std::string& source, const std::string& out,
+                                    const std::vector<std::string>& more = {}, const RunOptions& options = {}) {
+  return analyze(source, out, more, options, [](const std::vector<std::string>& arguments, RunOptions given) {
+    return choreoscope_with_network(arguments, given);
+  });
 }
 
 /// Checks that `run` ended with `status` and one line that says why, and returns that line without its beginning.

@@ -19,7 +19,7 @@ TEST(Depth, TheSummarySaysWhichSegmentationWasUsedAndWhatWasLearned) {
   const std::string source = "synthetic://jumping-jacks?size=160x120&fps=10&duration=2&depth=1";
   analyze(source, folder / "colour");
   const auto colour = Results(folder / "colour").summary;
-  EXPECT_EQ(colour["segmentation"], "colour");
+  EXPECT_EQ(colour["segmentation"], "auto");
   EXPECT_FALSE(colour.contains("depth"));
   EXPECT_TRUE(colour["threshold_grey_levels"].is_number());
   analyze(source, folder / "depth", by("depth"));

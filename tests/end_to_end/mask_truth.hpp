@@ -23,7 +23,7 @@ inline double mean_iou(const std::string& source, const std::vector<std::string>
   const TempFolder folder;
   std::vector<std::string> arguments{"--save", "masks", "--set", "plot.width_px=320", "--set", "plot.thumbnails=0"};
   arguments.insert(arguments.end(), more.begin(), more.end());
-  analyze(source, folder / "out", arguments);
+  analyze_with_network(source, folder / "out", arguments);
   const auto file = read_npy(folder / "out/masks.npy");
   const int rows = static_cast<int>(file.shape.at(1));
   const int cols = static_cast<int>(file.shape.at(2));

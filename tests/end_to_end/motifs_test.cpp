@@ -49,9 +49,9 @@ class Filmed {
     const TempFolder folder;
     // Cycles show all they have in two rounds and a bit.
     const double duration = facts_.period && *facts_.period < 5 ? 2 * *facts_.period + 0.5 : facts_.duration;
-    analyze("synthetic://" + script + "?size=320x240&empty=0.5&seed=" + std::to_string(seed) +
-                "&duration=" + std::to_string(duration),
-            folder / "out", {"--set", "plot.width_px=320", "--set", "plot.thumbnails=0"});
+    analyze_with_network("synthetic://" + script + "?size=320x240&empty=0.5&seed=" + std::to_string(seed) +
+                             "&duration=" + std::to_string(duration),
+                         folder / "out", {"--set", "plot.width_px=320", "--set", "plot.thumbnails=0"});
     return Results(folder / "out");
   }
   [[nodiscard]] static std::size_t at(int frame) { return static_cast<std::size_t>(frame + kEmpty); }

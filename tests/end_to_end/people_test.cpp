@@ -54,7 +54,8 @@ class People : public ::testing::Test {
 
 // The performer is in the room from 0.5 s on.
 TEST_F(People, AnalyzeSavesTheJointsOfEveryFrame) {
-  analyze("synthetic://side-kicks?size=320x240&fps=20&duration=4&empty=0.5", folder_ / "out", {"--save", "joints"});
+  analyze_with_network("synthetic://side-kicks?size=320x240&fps=20&duration=4&empty=0.5", folder_ / "out",
+                       {"--save", "joints", "--set", "segmentation=colour"});
   const Table joints(folder_ / "out/joints.csv");
   const Table frames(folder_ / "out/frames.csv");
   ASSERT_EQ(joints.rows.size(), frames.rows.size());
@@ -89,7 +90,8 @@ TEST_F(People, MasksOfAPersonAreThePersonsAlone) {
 }
 
 TEST_F(People, CalibrateTakesMasksOfAPerson) {
-  const auto run = choreoscope({"calibrate", "synthetic://semaphore?text=STAGE&fps=15&size=320x240&duration=4&empty=1",
+  const auto run =
+      choreoscope_with_network({"calibrate", "synthetic://semaphore?text=STAGE&fps=15&size=320x240&duration=4&empty=1",
                                 "-o", folder_ / "bounds.toml", "--set", "segmentation=person"});
   EXPECT_EQ(run.status, 0) << run.told();
 }
@@ -107,7 +109,7 @@ TEST_F(People, LiveMasksOfAPersonAreReplayedToTheLastBit) {
                                           "--set",
                                           "plot.width_px=320"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const auto run = choreoscope(arguments);
+    const auto run = choreoscope_with_network(arguments);
     EXPECT_EQ(run.status, 0) << run.told();
   };
   live("synthetic://dancing?size=320x240&fps=30&duration=1.5&empty=2.1", "live", {"--record", folder_ / "take.mkv"});
@@ -127,7 +129,7 @@ TEST_F(People, ALiveRunWithLateLooksIsReplayedByteForByte) {
     std::vector<std::string> arguments = {"live", source, "--headless", "--out", folder_ / out};
     arguments.insert(arguments.end(), settings.begin(), settings.end());
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const auto run = choreoscope(arguments);
+    const auto run = choreoscope_with_network(arguments);
     EXPECT_EQ(run.status, 0) << run.told();
   };
   live("synthetic://dancing?size=320x240&fps=60&duration=1&empty=2.1", "live", {"--record", folder_ / "take.mkv"});
@@ -149,7 +151,7 @@ TEST(PeopleWithoutANetwork, AreRefusedBeforeAnythingIsRead) {
       arguments.emplace_back(more);
     }
     arguments.insert(arguments.end(), {folder / "out", "--set", "person.models=" + (folder / "none")});
-    const auto run = choreoscope(arguments);
+    const auto run = choreoscope_with_network(arguments);
     EXPECT_THAT(complaint_of(run, 2), HasSubstr("there is no \"" + (folder / "none/pose_landmark_full.tflite")));
     EXPECT_THAT(hint_of(run), HasSubstr("script/run brings them"));
     EXPECT_TRUE(files_in(folder.path()).empty());

@@ -50,7 +50,7 @@ class RealPictures : public ::testing::Test {
     arguments.insert(arguments.end(), more.begin(), more.end());
     RunOptions patient;
     patient.limit = std::chrono::minutes(8);
-    analyze(clip, folder_ / "out", arguments, patient);
+    analyze_with_network(clip, folder_ / "out", arguments, patient);
     const auto masks = read_npy(folder_ / "out/masks.npy");
     Areas areas;
     const auto size = masks.shape.at(1) * masks.shape.at(2);
@@ -80,7 +80,7 @@ TEST_F(RealPictures, OfficePhotographsAndTheirLetters) {
   const auto folder = labels.substr(0, labels.rfind('/'));
   RunOptions patient;
   patient.limit = std::chrono::minutes(8);
-  analyze(folder + "?stills=1", folder_ / "out", {"--recognise", "semaphore"}, patient);
+  analyze_with_network(folder + "?stills=1", folder_ / "out", {"--recognise", "semaphore"}, patient);
   const auto text = read_bytes(folder_ / "out/letters.json");
   const auto read = nlohmann::json::parse(text.begin(), text.end());
   int labelled = 0, right = 0, others = 0, wrong = 0;

@@ -160,7 +160,6 @@ TEST_F(LearnBackground, ATakeThatStandsForADeviceTeachesWhatTheDeviceTaught) {
     const auto of_device = learn(brightening(30), background, false);
     EXPECT_EQ(of_take->frames_read, of_device->frames_read);
     EXPECT_TRUE(same_pixels(of_take->estimate.plate, of_device->estimate.plate));
-    EXPECT_EQ(of_take->estimate.provisional, of_device->estimate.provisional);
     EXPECT_EQ(sequences(*of_take->source), up_to(30));
   }
   EXPECT_EQ(reopened_, 2) << "and yet it is read anew";
@@ -284,7 +283,7 @@ std::optional<LearnedBackground> learn_by(vision::Segmentation segmentation,
   const cv::Mat plate(kPlateSize, CV_8UC3, cv::Scalar(90, 90, 90));
   return learn_background(
       std::make_unique<ListedSource>(frames, info), parse_background(background), plate, rows,
-      [=] { return std::make_unique<ListedSource>(frames, info); }, [](double) {}, {}, true, segmentation);
+      [=] { return std::make_unique<ListedSource>(frames, info); }, [](double) {}, {}, segmentation);
 }
 
 TEST(LearnDepthBackground, IsLearnedFromTheSameFramesWhateverTheBackgroundComesFrom) {

@@ -310,11 +310,9 @@ TEST(MaskOptions, EveryOptionBeyondItsBoundsIsRefusedByNameWithItsRange) {
 }
 
 TEST(BodyMasker, SomebodyWhoStandsStillBeforeAWallThatWasSeenStaysABody) {
-  // As live: the wall is known from the beginning alone, and more of it may come to light.
   BackgroundEstimate estimate;
   estimate.plate = textured_wall({160, 120});
   estimate.noise = 1;
-  estimate.provisional = true;
   BodyMasker masker(estimate, {});
   const auto body = figure_mask({160, 120}, {80, 60}, 90);
   const auto there = with_body(estimate.plate, body, {40, 40, 160});

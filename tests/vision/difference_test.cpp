@@ -169,15 +169,6 @@ TEST(ClosedByDisc, ClosesGapsAndStandsOutByTwoPixels) {
   EXPECT_EQ(closed.at<uchar>(2, 0), 0);
 }
 
-TEST(WithoutSmallParts, GoByTheLargestOne) {
-  const auto mask = mask_of({"####..", "......", "..#..#", ".....#"});
-  EXPECT_TRUE(same_bytes(without_small_parts(mask, 4), mask)) << "a quarter is not less than a quarter";
-  EXPECT_TRUE(same_bytes(without_small_parts(mask, 3), mask_of({"####..", "......", ".....#", ".....#"})));
-  EXPECT_TRUE(same_bytes(without_small_parts(mask, 1), mask_of({"####..", "......", "......", "......"})));
-  const cv::Mat nothing = cv::Mat::zeros(3, 4, CV_8UC1);
-  EXPECT_TRUE(same_bytes(without_small_parts(nothing, 5), nothing));
-}
-
 TEST(WithoutSpecks, DiagonalNeighboursAreOneComponent) {
   const auto mask = mask_of({"#...", ".#..", "..#.", "...#"});
   EXPECT_TRUE(same_bytes(without_specks(mask, 4, false), mask));

@@ -64,9 +64,66 @@ TEST(PersonMasker, WhatNoLookCallsAPersonIsNoBody) {
   picture = with(picture, {110, 70, 30, 40}, {200, 200, 30});  // A chair,
   auto m = masker(room());
   EXPECT_GT(iou(m.process(picture, likely_at(kBody, 1), 0).mask, mask_of(kBody)), 0.97);
-  const auto nobody = m.process(picture, {}, 0.1);
+  const auto nobody = masker(room()).process(picture, {}, 0);
   EXPECT_FALSE(nobody.body);
   EXPECT_EQ(cv::countNonZero(nobody.mask), 0);
+}
+
+// Upside down, say.
+TEST(PersonMasker, WhomTheNetworkLosesIsFollowedByTheDifferenceForThreeSeconds) {
+  auto m = masker(room());
+  const auto beside = [](int k) { return kBody + cv::Point(k, 0); };
+  (void)m.process(with(room(), kBody, kRed), likely_at(kBody, 1), 0);
+  for (int k = 1; k <= 40; ++k) {
+    const auto picture = with(with(room(), beside(k / 2), kRed), {130, 90, 20, 20}, {200, 200, 30});
+    const auto result = m.process(picture, {}, 0.1 * k);
+    ASSERT_EQ(result.body, k <= 30) << k;
+    if (result.body) {
+      ASSERT_GT(iou(result.mask, mask_of(beside(k / 2))), 0.97) << k;
+    }
+  }
+}
+
+TEST(PersonMasker, WhatComesInAtTheSideIsBodyUntilTheNetworkHasHadHalfASecondToKnowIt) {
+  auto m = masker(room());
+  (void)m.process(room(), {}, 0);
+  for (int k = 1; k <= 10; ++k) {
+    const cv::Rect part(0, 30, 3 * k, 70);
+    const auto result = m.process(with(room(), part, kRed), {}, 0.125 * k);
+    ASSERT_EQ(result.body, k <= 5) << k;
+    if (result.body) {
+      ASSERT_GT(iou(result.mask, mask_of(part)), 0.9) << k;
+    }
+  }
+  EXPECT_FALSE(masker(room()).process(with(room(), kBody, kRed), {}, 0).body) << "it did not come in";
+}
+
+// A look at another scene: of the room nothing is known but what stands beside the person.
+TEST(PersonMasker, AfterACutTheNetworkDecidesUntilTheRoomIsSeen) {
+  auto m = masker(room());
+  (void)m.process(with(room(), kBody, kRed), likely_at(kBody, 1), 0);
+  cv::Mat other(kSize, CV_8UC3, cv::Scalar(20, 160, 40));
+  for (int x = 0; x < kSize.width; x += 4) {
+    other = with(other, {x, 0, 1, kSize.height}, {230, 40, 220});
+    other = with(other, {x + 1, 0, 1, kSize.height}, {120, 220, 90});
+    other = with(other, {x + 2, 0, 1, kSize.height}, {70, 90, 160});
+  }
+  const auto cut = m.process(with(other, kBody, kRed), likely_at(kBody, 1), 0.1);
+  EXPECT_TRUE(cut.sudden);
+  EXPECT_GT(iou(cut.mask, mask_of(kBody)), 0.97);
+  EXPECT_GT(cut.inferred, 0);
+  const auto after = m.process(with(other, kBody, kRed), likely_at(kBody, 1), 0.2);
+  EXPECT_FALSE(after.sudden);
+  EXPECT_GT(iou(after.mask, mask_of(kBody)), 0.97);
+}
+
+TEST(PersonMasker, WhatAHandHoldsIsBodyToo) {
+  const cv::Rect fan(100, 40, 12, 20);
+  const auto picture = with(with(room(), kBody, kRed), fan, kRed);
+  auto person = likely_at(kBody, 1);
+  EXPECT_EQ(cv::countNonZero(masker(room()).process(picture, person, 0).mask(fan)), 0);
+  person.held.push_back({{95, 50}, 25});
+  EXPECT_GT(cv::countNonZero(masker(room()).process(picture, person, 0).mask(fan)), 0.95 * fan.area());
 }
 
 TEST(PersonMasker, ClothesLikeTheWallAreBodyWhereTheNetworkIsSure) {
@@ -142,6 +199,20 @@ TEST(BackgroundBehindPeople, IsWhatIsSeenWhereNobodyIs) {
   EXPECT_EQ(estimate.unseen, 0);
   EXPECT_EQ(estimate.empty, 0);
   EXPECT_FALSE(estimate.uncertain());
+}
+
+TEST(BackgroundBehindPeople, APictureInWhichTheNetworkLostSomebodyTellsNothing) {
+  std::vector<cv::Mat> pictures(9, with(room(), kBody, kRed));
+  std::vector<PersonEvidence> people(9, likely_at(kBody, 1));
+  people[0] = people[5] = people[6] = {};
+  const auto lost = background_behind_people(pictures, people);
+  EXPECT_EQ(cv::countNonZero(lost.never_seen & mask_of(kBody)), kBody.area());
+  for (const std::size_t k : {2U, 3U, 4U}) {
+    pictures[k] = room();
+    people[k] = {};
+  }
+  const auto left = background_behind_people(pictures, people);
+  EXPECT_EQ(cv::countNonZero(left.never_seen), 0) << "the room is empty in three in a row";
 }
 
 TEST(BackgroundBehindPeople, KnowsWhatItNeverSaw) {

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// The masks of a second drawn performer, a flat cartoon that nothing was tuned to.
+#include <algorithm>
+#include <cstdio>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include "end_to_end/choreoscope_run.hpp"
+#include "support/flat_performer.hpp"
+#include "support/long_lane.hpp"
+#include "support/make_video.hpp"
+
+namespace choreo::test {
+namespace {
+
+constexpr int kFlatFps = 15;
+
+void film(const FlatPerformer& performer, int frames, const cv::Size& size, const std::string& path) {
+  VideoRecipe recipe;
+  recipe.width = size.width;
+  recipe.height = size.height;
+  recipe.time_base = {1, kFlatFps};
+  recipe.rate = {kFlatFps, 1};
+  recipe.duration = 1;
+  recipe.times.clear();
+  for (int k = 0; k < frames; ++k) recipe.times.push_back(k);
+  recipe.paint = [&](AVFrame& frame, int index) {
+    cv::Mat plane(size, CV_8UC4, frame.data[0], std::size_t(frame.linesize[0]));
+    cv::cvtColor(performer.frame(double(index) / kFlatFps).picture, plane, cv::COLOR_BGR2BGRA);
+  };
+  make_video(path, recipe);
+}
+
+struct FlatCase {
+  const char* name;
+  int look;
+  const char* script;
+  double empty_s;
+  double chair_at_s;
+  int frames;
+  double least = 0.95;  ///< Mean intersection over union; where less, what was measured, which may not become worse.
+};
+void PrintTo(const FlatCase& c, std::ostream* out) { *out << c.name; }
+
+class FlatPerformerMasks : public ::testing::TestWithParam<FlatCase> {};
+
+TEST_P(FlatPerformerMasks, AreWholeAndNothingElseIs) {
+  if (const auto missing = missing_person_network(); !missing.empty()) GTEST_SKIP() << missing << " is not here";
+  const auto& c = GetParam();
+  FlatScene scene;
+  scene.look = c.look;
+  scene.script = c.script;
+  scene.empty_s = c.empty_s;
+  scene.chair_at_s = c.chair_at_s;
+  scene.seed = unsigned(c.look) + 1;
+  const FlatPerformer performer(scene);
+  const TempFolder folder;
+  film(performer, c.frames, scene.size, folder / "clip.mkv");
+  analyze_with_network(folder / "clip.mkv", folder / "out",
+                       {"--save", "masks", "--set", "plot.width_px=320", "--set", "plot.thumbnails=0"});
+  const auto file = read_npy(folder / "out/masks.npy");
+  ASSERT_EQ(file.shape[0], std::size_t(c.frames));
+  double sum = 0, worst = 1;
+  int bodies = 0, empty = 0, wrong = 0;
+  for (int k = 0; k < c.frames; ++k) {
+    const auto truth_of = performer.frame(double(k) / kFlatFps);
+    const cv::Mat truth = truth_of.body | truth_of.held;
+    const cv::Mat mask(scene.size, CV_8UC1,
+                       const_cast<std::uint8_t*>(file.data.data()) + std::size_t(k) * truth.total());
+    const double percent = 100.0 * cv::countNonZero(truth) / double(truth.total());
+    if (percent < 0.4) {
+      ++empty;
+      wrong += cv::countNonZero(mask) > 0 ? 1 : 0;
+    }
+    if (percent < 0.6) continue;
+    const double overlap = double(cv::countNonZero(mask & truth)) / double(cv::countNonZero(mask | truth));
+    sum += overlap;
+    worst = std::min(worst, overlap);
+    ++bodies;
+  }
+  std::printf("| flat performer, %s | %.3f (%.3f) | %d of %d |\n", c.name, sum / bodies, worst, wrong, empty);
+  EXPECT_GE(sum / bodies, c.least);
+  EXPECT_EQ(wrong, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, FlatPerformerMasks,
+                         ::testing::ValuesIn(some_of<FlatCase>(
+                             {{"T-shirt, comes in", 0, "dance", 1, -1, 120},
+                              {"flags and a jacket like the wall, never leaves", 2, "dance", 0, -1, 90, 0.83},
+                              {"dress, never leaves", 1, "dance", 0, -1, 90},
+                              {"T-shirt, never leaves, moves the arms alone", 0, "wave", 0, -1, 90},
+                              {"dress, comes in and stands; a chair is set down", 1, "stand", 1, 5, 150},
+                              {"flags and a jacket like the wall, comes in", 2, "wave", 1, -1, 120, 0.93},
+                              {"dress, never leaves, stands still", 1, "stand", 0, -1, 60}},
+                             2)));
+
+}  // namespace
+}  // namespace choreo::test
