@@ -2,10 +2,32 @@
 #include "pipeline/person_evidence.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace choreo::pipeline {
 namespace {
+
+using Name = vision::PersonPointName;
+
+// Silhouettes lack a sleeve now and then that is like the wall, where the joints are seen all the same.
+struct Bone {
+  Name from, to;
+  double radius_m;  // With clothes.
+};
+constexpr double kArm = 0.08, kLeg = 0.1, kTrunk = 0.12;
+constexpr std::array<Bone, 12> kBones = {{{Name::kLeftShoulder, Name::kLeftElbow, kArm},
+                                          {Name::kRightShoulder, Name::kRightElbow, kArm},
+                                          {Name::kLeftElbow, Name::kLeftWrist, kArm},
+                                          {Name::kRightElbow, Name::kRightWrist, kArm},
+                                          {Name::kLeftHip, Name::kLeftKnee, kLeg},
+                                          {Name::kRightHip, Name::kRightKnee, kLeg},
+                                          {Name::kLeftKnee, Name::kLeftAnkle, kLeg},
+                                          {Name::kRightKnee, Name::kRightAnkle, kLeg},
+                                          {Name::kLeftShoulder, Name::kLeftHip, kTrunk},
+                                          {Name::kRightShoulder, Name::kRightHip, kTrunk},
+                                          {Name::kLeftShoulder, Name::kRightHip, kTrunk},
+                                          {Name::kRightShoulder, Name::kLeftHip, kTrunk}}};
 
 // Pixels of the picture a metre, by how far apart the joints are in both.
 double scale_of(const vision::PersonLook& look) {
@@ -32,9 +54,14 @@ vision::PersonEvidence evidence_of(const vision::PersonLook& look, cv::Size size
   vision::PersonEvidence evidence;
   evidence.likely = vision::silhouette_in_picture(look, size);
   evidence.doubt_px = kBlur * look.region.side / std::max(1, look.silhouette.cols);
-  for (const auto name : {vision::PersonPointName::kLeftWrist, vision::PersonPointName::kRightWrist}) {
+  const double scale = scale_of(look);
+  for (const auto& bone : kBones) {
     constexpr double kSeen = 0.5;
-    if (look[name].visibility >= kSeen) evidence.held.push_back({look[name].at, kHeld * scale_of(look)});
+    if (std::min(look[bone.from].visibility, look[bone.to].visibility) < kSeen) continue;
+    evidence.limbs.push_back({look[bone.from].at, look[bone.to].at, bone.radius_m * scale});
+  }
+  for (const auto wrist : {Name::kLeftWrist, Name::kRightWrist}) {  // A flag may hide it.
+    evidence.held.push_back({look[wrist].at, look[wrist].at, kHeld * scale});
   }
   return evidence;
 }

@@ -64,7 +64,10 @@ void PersonStageOptions::validate() const {
 }
 
 PersonStage::PersonStage(vision::PersonSearch search, PersonStageOptions options)
-    : options_(std::move(options)), search_(std::move(search)) {
+    : options_(std::move(options)),
+      search_(std::move(search)),
+      track_(options_.delay_frames > 0 ? vision::PersonTrack::Seeks::kInTurns
+                                       : vision::PersonTrack::Seeks::kEverywhere) {
   options_.validate();
   if (options_.delay_frames > 0) {
     beside_.emplace("person-search", options_.delay_frames, options_.waits, SearchBeside::WhenLate::kDefer);

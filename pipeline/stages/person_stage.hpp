@@ -36,6 +36,7 @@ struct PersonStageOptions {
 /// looked at.
 class PersonStage final : public Stage {
  public:
+  /// Frames that wait for a look get one that seeks everywhere; beside their way it seeks one part after the other.
   PersonStage(vision::PersonSearch search, PersonStageOptions options);
 
   [[nodiscard]] std::string name() const override { return "person"; }

@@ -19,15 +19,26 @@
 namespace choreo::vision {
 namespace {
 
-constexpr double kLikely = 127;        // Of 255: more likely a person's than not.
-constexpr double kPossible = 25;       // One in ten.
-constexpr double kEntersWithin = 0.5;  // Seconds; of a body half of which is in the picture the network knows.
-constexpr double kFollowedFor = 3;     // Seconds, by the difference alone.
-constexpr double kReach = 1 / 60.0;    // Of the picture's height: hair, a held fan, what the silhouette rounds off.
+constexpr double kLikely = 127;      // Of 255: more likely a person's than not.
+constexpr double kPossible = 25;     // One in ten.
+constexpr double kEntersWithin = 1;  // Seconds; of a body half of which is in the picture the network knows.
+constexpr double kFollowedFor = 3;   // Seconds, by the difference alone.
+constexpr std::uint8_t kKnown = 5;   // Looks in a row that show what was never seen: a sleeve is lacking for some.
+constexpr std::uint8_t kYoung = 60;  // Looks during which it is learned quickly,
+constexpr std::uint8_t kMean = 10;   // as the mean of about so many.
+constexpr double kReach = 1 / 60.0;  // Of the picture's height: hair, a held fan, what the silhouette rounds off.
 
 cv::Mat square(double px) {
   const int side = 2 * int(std::lround(px)) + 1;
   return cv::getStructuringElement(cv::MORPH_RECT, {side, side});
+}
+
+void draw(const std::vector<PersonEvidence::Limb>& limbs, double doubt_px, cv::Mat& out) {
+  constexpr int kThickest = 32767;  // OpenCV's.
+  for (const auto& limb : limbs) {
+    const int thickness = std::max(1, cvRound(2 * (limb.radius + doubt_px)));
+    cv::line(out, limb.from, limb.to, 255, std::min(thickness, kThickest));  // Its ends are round.
+  }
 }
 
 // Everything that may be the person's.
@@ -35,10 +46,8 @@ cv::Mat possible(const PersonEvidence& person, cv::Size size) {
   if (person.likely.empty()) return cv::Mat::zeros(size, CV_8UC1);
   cv::Mat out;
   cv::dilate(person.likely > kPossible, out, square(person.doubt_px + kReach * size.height));
-  for (const auto& reach : person.held) {
-    const cv::Point hand(cvRound(reach.hand.x), cvRound(reach.hand.y));
-    cv::circle(out, hand, cvRound(reach.radius + person.doubt_px), 255, cv::FILLED);
-  }
+  draw(person.limbs, person.doubt_px, out);
+  draw(person.held, person.doubt_px, out);
   return out;
 }
 
@@ -118,6 +127,37 @@ BackgroundEstimate background_behind_people(std::span<const cv::Mat> pictures, s
   return estimate;
 }
 
+// Whether what the network took for a person is the room, the foot of a table say: nearly nothing of it differs from
+// what was seen there. Of somebody in clothes like the wall the face and the hands do.
+bool PersonMasker::is_the_room(const PersonEvidence& person, const cv::Mat& foreground) const {
+  constexpr double kLeastThatDiffers = 1.0 / 20;
+  if (person.likely.empty()) return false;
+  const cv::Mat likely = person.likely > kLikely;
+  const cv::Mat seen = likely & ~never_seen_;
+  const int known = cv::countNonZero(seen);
+  return 2 * known > cv::countNonZero(likely) && cv::countNonZero(foreground & seen) < kLeastThatDiffers * known;
+}
+
+// Where the difference has no word the network has it.
+cv::Mat PersonMasker::with_the_networks_word(const cv::Mat& foreground, const PersonEvidence& person) const {
+  cv::Mat mask = foreground;
+  if (person.likely.empty()) {
+    if (!last_mask_.empty()) last_mask_.copyTo(mask, never_seen_);
+    return mask;
+  }
+  const cv::Mat likely = person.likely > kLikely;
+  cv::Mat sure, silent;
+  cv::erode(likely, sure, square(person.doubt_px), {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(255));
+  // What says nothing of a sleeve says nothing of its outline either.
+  cv::Mat limbs = cv::Mat::zeros(mask.size(), CV_8UC1);
+  draw(person.limbs, person.doubt_px, limbs);
+  cv::morphologyEx(sure & ~mask, silent, cv::MORPH_OPEN, square(person.doubt_px / 2));
+  cv::dilate(silent, silent, square(person.doubt_px));
+  mask |= sure | (likely & silent & limbs);
+  likely.copyTo(mask, never_seen_);
+  return mask;
+}
+
 PersonMasker::PersonMasker(const BackgroundEstimate& estimate, MaskOptions options) : options_(std::move(options)) {
   assert(estimate.plate.type() == CV_8UC3);
   options_.validate();
@@ -125,17 +165,21 @@ PersonMasker::PersonMasker(const BackgroundEstimate& estimate, MaskOptions optio
   background_ = estimate.plate.clone();
   background_.convertTo(running_, CV_32F);
   never_seen_ = estimate.never_seen.empty() ? cv::Mat::zeros(background_.size(), CV_8UC1) : estimate.never_seen.clone();
+  free_looks_ = cv::Mat(background_.size(), CV_8UC1, cv::Scalar(kYoung));
+  free_looks_.setTo(0, never_seen_);
   allowed_ = allowed_area(options_, background_.size());
 }
 
-// Where the person may be: near what the network saw, or, where it lost them a moment ago, near where they were.
+// Where the person may be: near what the network saw, and, where it lost them a moment ago or does not see all of who
+// comes in, near where they were.
 cv::Mat PersonMasker::expected(const PersonEvidence& person, double time_s) const {
-  if (!person.likely.empty() || last_mask_.empty() || !last_seen_s_ || time_s - *last_seen_s_ > kFollowedFor) {
-    return possible(person, background_.size());
-  }
-  cv::Mat out;
-  cv::dilate(last_mask_, out, square(2 * kReach * background_.rows));
-  return out;
+  cv::Mat out = possible(person, background_.size());
+  const bool lost = person.likely.empty() && last_seen_s_ && time_s - *last_seen_s_ <= kFollowedFor;
+  const bool comes = entering_s_ && time_s - *entering_s_ <= kEntersWithin;
+  if ((!lost && !comes) || last_mask_.empty()) return out;
+  cv::Mat followed;
+  cv::dilate(last_mask_, followed, square(2 * kReach * background_.rows));
+  return out | followed;
 }
 
 cv::Mat PersonMasker::foreground(const cv::Mat& picture, const cv::Mat& lit, const cv::Mat& difference) const {
@@ -145,7 +189,8 @@ cv::Mat PersonMasker::foreground(const cv::Mat& picture, const cv::Mat& lit, con
   return mask;
 }
 
-// Large parts at the picture's border, as long as they may be somebody who comes in.
+// Large parts at the picture's sides, as long as they may be somebody who comes in. A first look at half a body takes
+// an arm for all of it.
 cv::Mat PersonMasker::entering(const cv::Mat& foreground, double time_s) {
   cv::Mat labels, statistics, centroids;
   const int count =
@@ -161,22 +206,23 @@ cv::Mat PersonMasker::entering(const cv::Mat& foreground, double time_s) {
     out.setTo(255, labels == part);
     any = true;
   }
-  if (!any) entering_s_.reset();
   if (any && !entering_s_) entering_s_ = time_s;
-  if (any && time_s - *entering_s_ > kEntersWithin) out.setTo(0);
-  return out;
+  if (!entering_s_ || time_s - *entering_s_ <= kEntersWithin) return out;
+  if (!any) entering_s_.reset();
+  return cv::Mat::zeros(foreground.size(), CV_8UC1);
 }
 
-MaskResult PersonMasker::process(const cv::Mat& picture, const PersonEvidence& person, double time_s) {
+MaskResult PersonMasker::process(const cv::Mat& picture, const PersonEvidence& looked, double time_s) {
   assert(picture.type() == CV_8UC3 && picture.size() == background_.size());
   const double dt_s = last_time_s_ ? time_s - *last_time_s_ : 0.0;
   last_time_s_ = time_s;
   MaskResult result;
   result.mask = cv::Mat::zeros(picture.size(), CV_8UC1);
 
+  PersonEvidence person = looked;
   cv::Mat near = expected(person, time_s);
   ToneCurve curve;
-  if (options_.follow_exposure) curve = ToneCurve(background_, picture, near | never_seen_);
+  if (options_.follow_exposure) curve = ToneCurve(background_, picture, near | (free_looks_ < kYoung));
   cv::Mat lit = curve.apply(background_);
   cv::Mat difference = difference_luminance(picture, lit);
   if (options_.sudden_percent < 100) {
@@ -189,30 +235,27 @@ MaskResult PersonMasker::process(const cv::Mat& picture, const PersonEvidence& p
       background_ = picture.clone();
       background_.convertTo(running_, CV_32F);
       never_seen_ = near.clone();
+      free_looks_.setTo(kYoung);
+      free_looks_.setTo(0, never_seen_);
       last_mask_.release();
       lit = background_;
       difference = cv::Mat::zeros(picture.size(), CV_8UC1);
     }
   }
   cv::Mat mask = foreground(picture, lit, difference);
-  if (cv::countNonZero(near) == 0) {
-    const cv::Mat comes = entering(annealed(mask & ~never_seen_, options_.steps), time_s);
-    cv::dilate(comes, near, square(kReach * picture.rows));
-  } else {
-    entering_s_.reset();
+  if (is_the_room(person, mask)) {
+    person = {};
+    near = expected(person, time_s);
+  }
+  if (entering_s_ || cv::countNonZero(near) == 0) {
+    cv::Mat comes = entering(annealed(mask & ~never_seen_, options_.steps), time_s);
+    cv::dilate(comes, comes, square(kReach * picture.rows));
+    near |= comes;
   }
   if (cv::countNonZero(near) > 0) {
     mask &= near;
-    if (!person.likely.empty()) {
-      const cv::Mat likely = person.likely > kLikely;
-      cv::Mat sure;
-      cv::erode(likely, sure, square(person.doubt_px), {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(255));
-      mask |= sure;
-      likely.copyTo(mask, never_seen_);
-      last_seen_s_ = time_s;
-    } else if (!last_mask_.empty()) {
-      last_mask_.copyTo(mask, never_seen_);
-    }
+    mask = with_the_networks_word(mask, person);
+    if (!person.likely.empty()) last_seen_s_ = time_s;
     mask = annealed(mask, options_.steps);
     if (!allowed_.empty()) mask &= allowed_;
     const int speck = static_cast<int>(std::ceil(options_.speck_percent / 100.0 * double(mask.total())));
@@ -235,22 +278,36 @@ MaskResult PersonMasker::process(const cv::Mat& picture, const PersonEvidence& p
   return result;
 }
 
-// In the light of the plate, as far as the difference tells.
+// What is seen while it is free, in the light of the plate: quickly at first, so that a jacket that the silhouette
+// lacked for a moment fades, and as the mean of the last follow_s later.
 void PersonMasker::learn(const cv::Mat& picture, const cv::Mat& lit, const cv::Mat& surely_not, double dt_s) {
-  const cv::Mat first = surely_not & never_seen_;
-  if (cv::countNonZero(first) > 0) {
-    picture.copyTo(background_, first);
-    cv::Mat now;
-    picture.convertTo(now, CV_32F);
-    now.copyTo(running_, first);
-    never_seen_.setTo(0, first);
-  }
-  if (options_.follow_s <= 0 || dt_s <= 0) return;
-  const auto rate = static_cast<float>(1.0 - std::exp(-dt_s / options_.follow_s));
-  cv::Mat change = cv::Mat::zeros(picture.size(), CV_32FC3);
-  cv::subtract(picture, lit, change, surely_not & ~first, CV_32F);
-  cv::scaleAdd(change, rate, running_, running_);
-  running_.convertTo(background_, CV_8U);
+  const bool follows = options_.follow_s > 0 && dt_s > 0;
+  const auto rate = follows ? static_cast<float>(1.0 - std::exp(-dt_s / options_.follow_s)) : 0.0F;
+  tbb::parallel_for(tbb::blocked_range<int>(0, picture.rows), [&](const tbb::blocked_range<int>& rows) {
+    for (int y = rows.begin(); y < rows.end(); ++y) {
+      const auto* free = surely_not.ptr<std::uint8_t>(y);
+      const auto* now = picture.ptr<std::uint8_t>(y);
+      const auto* then = lit.ptr<std::uint8_t>(y);
+      auto* looks = free_looks_.ptr<std::uint8_t>(y);
+      auto* never = never_seen_.ptr<std::uint8_t>(y);
+      auto* running = running_.ptr<float>(y);
+      auto* background = background_.ptr<std::uint8_t>(y);
+      for (int x = 0; x < picture.cols; ++x) {
+        if (free[x] == 0) {
+          if (never[x] != 0) looks[x] = 0;
+          continue;
+        }
+        const bool young = looks[x] < kYoung;
+        if (!young && rate == 0.0F) continue;
+        if (young && ++looks[x] >= kKnown) never[x] = 0;
+        const float weight = young ? std::max(rate, 1.0F / float(std::min(looks[x], kMean))) : rate;
+        for (int c = 3 * x; c < 3 * x + 3; ++c) {
+          running[c] += weight * (float(now[c]) - float(then[c]));
+          background[c] = cv::saturate_cast<std::uint8_t>(running[c]);
+        }
+      }
+    }
+  });
 }
 
 }  // namespace choreo::vision

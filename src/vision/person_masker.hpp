@@ -17,11 +17,14 @@ namespace choreo::vision {
 struct PersonEvidence {
   cv::Mat likely;       ///< CV_8UC1 of the picture's size: 0 to 255, by the network; empty: nobody is there.
   double doubt_px = 0;  ///< How far the person may have moved since, and how blurred the silhouette is.
-  struct Reach {
-    cv::Point2d hand;
+  /// All that is no farther than `radius` from a line, in pixels of the picture.
+  struct Limb {
+    cv::Point2d from, to;
     double radius = 0;
   };
-  std::vector<Reach> held = {};  ///< Where something may be that a hand holds, in pixels of the picture.
+  std::vector<Limb> limbs =
+      {};  ///< Where bones are, as thick as clothes are; may be the person's whatever `likely` says,
+  std::vector<Limb> held = {};  ///< and so may what a hand holds.
 };
 
 /// The background behind people: per pixel and channel the median over the pictures in which nobody is likely there.
@@ -40,11 +43,11 @@ struct PersonEvidence {
 /// Body is what differs from the background near where the person is likely, and, where the difference has no word
 /// (clothes like the room, a background that was never seen), what the network is sure of. Outlines are therefore the
 /// picture's where the background is known, and the network's where it is not. What no look calls a person, a chair or
-/// somebody else, is no body; what hands hold is. Who was seen a moment ago and is lost to the network, upside down
-/// say, is followed by the difference for some seconds, and what comes in at the border is body for half a second,
-/// until the network has seen enough of it; and of what is surely not the person the background is learned: what was
-/// never seen becomes known once it is seen, and slow light is followed. The same pictures, times and evidence give the
-/// same masks, to the last bit.
+/// somebody else, is no body, nor what a look calls one where the room is as it was seen; what hands hold is. Who was
+/// seen a moment ago and is lost to the network, upside down say, is followed by the difference for some seconds, and
+/// what comes in at the border is body for a second, until the network has seen enough of it; and of what is surely not
+/// the person the background is learned: what was never seen becomes known once it is seen, and slow light is followed.
+/// The same pictures, times and evidence give the same masks, to the last bit.
 /// @thread thread-bound
 class PersonMasker {
  public:
@@ -52,13 +55,15 @@ class PersonMasker {
   PersonMasker(const BackgroundEstimate& estimate, MaskOptions options);
 
   /// @param picture  CV_8UC3, of the plate's size (asserted).  @param time_s  seconds, increasing.
-  [[nodiscard]] MaskResult process(const cv::Mat& picture, const PersonEvidence& person, double time_s);
+  [[nodiscard]] MaskResult process(const cv::Mat& picture, const PersonEvidence& looked, double time_s);
 
   [[nodiscard]] double threshold() const { return threshold_; }  ///< In use, grey levels of D.
 
  private:
   [[nodiscard]] cv::Mat foreground(const cv::Mat& picture, const cv::Mat& lit, const cv::Mat& difference) const;
   [[nodiscard]] cv::Mat expected(const PersonEvidence& person, double time_s) const;
+  [[nodiscard]] bool is_the_room(const PersonEvidence& person, const cv::Mat& foreground) const;
+  [[nodiscard]] cv::Mat with_the_networks_word(const cv::Mat& foreground, const PersonEvidence& person) const;
   [[nodiscard]] cv::Mat entering(const cv::Mat& foreground, double time_s);
   void learn(const cv::Mat& picture, const cv::Mat& lit, const cv::Mat& surely_not, double dt_s);
 
@@ -67,6 +72,7 @@ class PersonMasker {
   cv::Mat running_;     // CV_32FC3, the background in the light of the plate.
   cv::Mat background_;  // CV_8UC3, the same rounded.
   cv::Mat never_seen_;  // CV_8UC1, 255 where it is a guess.
+  cv::Mat free_looks_;  // CV_8UC1, in how many pictures it was surely not the person's; in a row, while it is a guess.
   cv::Mat allowed_;     // CV_8UC1, where a body may be; empty: everywhere.
   cv::Mat last_mask_;   // CV_8UC1, the last body.
   std::optional<double> last_time_s_;

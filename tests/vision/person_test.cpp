@@ -120,7 +120,7 @@ TEST(PersonNetworks, OneForTheOtherIsRefusedByName) {
 
 TEST(PersonSearch, FollowsWhoWasFoundAndFindsAgainWhoIsLost) {
   auto search = test::tiny_search();
-  PersonTrack track;
+  PersonTrack track(PersonTrack::Seeks::kInTurns);
   const auto somebody = with_spot({224, 224}, {100, 100, 24, 24});
   EXPECT_FALSE(search.search(black({224, 224}), track.next()));
   track.update(std::nullopt);
@@ -141,7 +141,7 @@ TEST(PersonSearch, FollowsWhoWasFoundAndFindsAgainWhoIsLost) {
   EXPECT_FALSE(search.search(black({224, 224}), track.next()));
 }
 
-TEST(PersonSearch, TheSquaresAtBothEndsAreSearchedInTurns) {
+TEST(PersonSearch, TheSquaresAtBothEndsAreSearchedToo) {
   auto search = test::tiny_search();
   // In the whole picture of 672 pixels three are one of the network's; in a square of 224 one is one.
   const auto left = with_spot({672, 224}, {100, 100, 24, 24});
@@ -152,6 +152,9 @@ TEST(PersonSearch, TheSquaresAtBothEndsAreSearchedInTurns) {
   const auto found = search.search(right, {{}, 2});
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->region.centre.x, 448 + 111.5, 0.6) << "in pixels of the whole picture";
+  const auto anywhere = search.search(right, PersonTrack().next());
+  ASSERT_TRUE(anywhere) << "where there is time";
+  EXPECT_EQ(anywhere->region.centre, found->region.centre);
 }
 
 }  // namespace

@@ -32,13 +32,17 @@ void PersonTrack::update(const std::optional<PersonLook>& look) {
   }
 }
 
-std::optional<PersonRegion> PersonSearch::found(const cv::Mat& picture, int turn) {
+std::optional<PersonLook> PersonSearch::found(const cv::Mat& picture, int turn) {
   const auto part = part_of(picture.size(), turn);
   const auto people = detector_.detect(picture(part));
   if (people.empty()) return std::nullopt;
   auto region = std::ranges::max_element(people, {}, [](const auto& p) { return p.region.side; })->region;
   region.centre += cv::Point2d(part.tl());
-  return region;
+  const auto first = network_.look(picture, region);
+  if (first.score < PersonTrack::kLeastScore) return std::nullopt;
+  auto look = network_.look(picture, first.next);
+  if (look.score < PersonTrack::kLeastScore) return std::nullopt;
+  return look;
 }
 
 std::optional<PersonLook> PersonSearch::search(const cv::Mat& picture, const PersonQuery& query) {
@@ -46,13 +50,11 @@ std::optional<PersonLook> PersonSearch::search(const cv::Mat& picture, const Per
     auto look = network_.look(picture, *query.region);
     if (look.score >= PersonTrack::kLeastScore) return look;
   }
-  const auto region = found(picture, query.turn);
-  if (!region) return std::nullopt;
-  const auto first = network_.look(picture, *region);
-  if (first.score < PersonTrack::kLeastScore) return std::nullopt;
-  auto look = network_.look(picture, first.next);
-  if (look.score < PersonTrack::kLeastScore) return std::nullopt;
-  return look;
+  for (int turn = query.turn.value_or(0); turn < kTurns; ++turn) {
+    auto look = found(picture, turn);
+    if (look || query.turn) return look;
+  }
+  return std::nullopt;
 }
 
 }  // namespace choreo::vision
