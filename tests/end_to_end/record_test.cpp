@@ -63,13 +63,17 @@ class Record : public RefusalTest {
   }
 
   // Runs live twice: recording, and from what it recorded.
-  void expect_replay_is_the_same(const Outcome& live, const std::vector<std::string>& settings) {
+  enum class Lost { kFrames, kMaybe };
+  void expect_replay_is_the_same(const Outcome& live, const std::vector<std::string>& settings,
+                                 Lost lost = Lost::kFrames) {
     ASSERT_EQ(live.status, 0) << live.told();
     ASSERT_THAT(live.err, HasSubstr("take.mkv: ")) << "the recording is told of";
     EXPECT_EQ(live.err.find("the take lacks"), std::string::npos) << live.told();
     const Results ran(folder_ / "live");
     EXPECT_GT(ran.n, 10u);
-    EXPECT_GT(ran.summary["timings"]["dropped"], 0) << "nothing was overtaken: the test proves nothing";
+    if (lost == Lost::kFrames) {
+      EXPECT_GT(ran.summary["timings"]["dropped"], 0) << "nothing was overtaken: the test proves nothing";
+    }
 
     std::vector<std::string> arguments{
         "live", take() + "?frames=processed", "--headless", "--pace", "max", "--out", folder_ / "replay"};
@@ -315,7 +319,7 @@ TEST_F(Record, ALiveRunThatMissesFacesIsReplayedByteForByte) {
       "live", folder_ / "camera.mkv", "--headless", "--out", folder_ / "live", "--record", take()};
   arguments.insert(arguments.end(), settings.begin(), settings.end());
   const auto run = choreoscope(arguments);
-  expect_replay_is_the_same(run, settings);
+  expect_replay_is_the_same(run, settings, Lost::kMaybe);
   EXPECT_THAT(run.err_lines("choreoscope: warning: "),
               Contains(HasSubstr("searches for faces were not ready in time")));
   EXPECT_TRUE(read_bytes(folder_ / "live" + "/letters.json") == read_bytes(folder_ / "replay" + "/letters.json"));
