@@ -29,23 +29,6 @@ constexpr std::array<Bone, 12> kBones = {{{Name::kLeftShoulder, Name::kLeftElbow
                                           {Name::kLeftShoulder, Name::kRightHip, kTrunk},
                                           {Name::kRightShoulder, Name::kLeftHip, kTrunk}}};
 
-// Pixels of the picture a metre, by how far apart the joints are in both.
-double scale_of(const vision::PersonLook& look) {
-  cv::Point2d middle, middle_m;
-  for (std::size_t k = 0; k < look.points.size(); ++k) {
-    middle += look.points[k].at / double(look.points.size());
-    middle_m += cv::Point2d(look.metres[k].x, look.metres[k].y) / double(look.points.size());
-  }
-  double spread = 0, spread_m = 0;
-  for (std::size_t k = 0; k < look.points.size(); ++k) {
-    const auto away = look.points[k].at - middle;
-    const auto away_m = cv::Point2d(look.metres[k].x, look.metres[k].y) - middle_m;
-    spread += away.dot(away);
-    spread_m += away_m.dot(away_m);
-  }
-  return spread_m > 0 ? std::sqrt(spread / spread_m) : 0.0;
-}
-
 }  // namespace
 
 vision::PersonEvidence evidence_of(const vision::PersonLook& look, cv::Size size) {
@@ -54,7 +37,7 @@ vision::PersonEvidence evidence_of(const vision::PersonLook& look, cv::Size size
   vision::PersonEvidence evidence;
   evidence.likely = vision::silhouette_in_picture(look, size);
   evidence.doubt_px = kBlur * look.region.side / std::max(1, look.silhouette.cols);
-  const double scale = scale_of(look);
+  const double scale = look.pixels_per_metre();
   for (const auto& bone : kBones) {
     constexpr double kSeen = 0.5;
     if (std::min(look[bone.from].visibility, look[bone.to].visibility) < kSeen) continue;

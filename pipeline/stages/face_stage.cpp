@@ -65,6 +65,33 @@ FaceStage::FaceStage(std::unique_ptr<vision::FaceDetector> detector, FaceStageOp
   options_.validate();
 }
 
+std::optional<vision::TrackedFace> FaceStage::by_the_network(const Observation& observation) {
+  const auto face = observation.person ? vision::face_of(observation.person->look) : std::nullopt;
+  if (!face) {
+    seen_.reset();
+    return std::nullopt;
+  }
+  const auto time = observation.person->time;
+  if (!seen_ || seen_->time != time) {
+    constexpr double kApart_s = 0.5;  // Of a look so long ago nothing is known of the way between.
+    Seen now;
+    now.time = time;
+    now.first = seen_ ? seen_->first : time;
+    now.face.centre = (face->box.tl() + face->box.br()) / 2;
+    now.face.width = face->box.width;
+    now.face.confidence = face->confidence;
+    const double dt = seen_ ? to_seconds(time - seen_->time) : 0;
+    if (dt > 0 && dt <= kApart_s) now.velocity = (now.face.centre - seen_->face.centre) / dt;
+    seen_ = now;
+  }
+  constexpr double kDamping_s = 0.15;
+  auto now = seen_->face;
+  now.unseen_s = to_seconds(std::max(observation.time - time, Nanoseconds{0}));
+  now.age_s = to_seconds(observation.time - seen_->first);
+  now.centre += seen_->velocity * (kDamping_s * (1 - std::exp(-now.unseen_s / kDamping_s)));
+  return now;
+}
+
 // What takes effect at this frame; null: nothing.
 std::shared_ptr<const vision::FaceSighting> FaceStage::due(const Observation& observation) {
   const auto due = beside_.begin_frame(observation.frame->late_face);
@@ -102,6 +129,11 @@ void FaceStage::process(Observation& observation) {
     const auto size = working_size(bgr.size(), options_.rows);
     auto report = tracker_.update(to_seconds(observation.time), size, sighting.get());
     observation.faces = report.in_sight;
+    if (const auto face = by_the_network(observation)) {
+      observation.face = face;
+      observation.faces = std::max(report.in_sight, 1);
+      return;
+    }
     const auto& picture = observation.picture.empty() ? bgr : observation.picture;
     if (report.face) {
       const double scale = double(picture.rows) / size.height;

@@ -6,6 +6,7 @@
 #include <deque>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "pipeline/search_beside.hpp"
@@ -29,9 +30,11 @@ struct FaceStageOptions {
   void validate() const;  ///< @throws Error (usage) naming the option, its value and its range.
 };
 
-/// frame, mask -> face, number of faces.
+/// frame, mask, person -> face, number of faces.
 ///
-/// A search that is asked for at one frame is done by a thread of the stage's own and takes effect exactly
+/// Where the person network sees the performer's face it is that one, moved on to the frame by how it moved between the
+/// last two looks, and no detector searches. Elsewhere:
+/// /// A search that is asked for at one frame is done by a thread of the stage's own and takes effect exactly
 /// `delay_frames` frames later, or never. So the results depend on the frames and on which searches were late, and on
 /// nothing else: frames whose run noted a late one (Frame::late_face) void it again, however fast the search is now.
 /// Comes after MaskStage, or without one; it then knows nothing of the body. A frame without a picture has no face.
@@ -48,6 +51,13 @@ class FaceStage final : public Stage {
   [[nodiscard]] std::uint64_t late() const { return beside_.late(); }    ///< Of these, void.
 
  private:
+  // Where the network sees it, in pixels of the observation's picture.
+  struct Seen {
+    vision::TrackedFace face;
+    cv::Point2d velocity;  // px/s
+    Nanoseconds time{0}, first{0};
+  };
+  [[nodiscard]] std::optional<vision::TrackedFace> by_the_network(const Observation& observation);
   [[nodiscard]] std::shared_ptr<const vision::FaceSighting> due(const Observation& observation);
   void ask(const Observation& observation, cv::Size size, const vision::FaceQuery& query);
 
@@ -55,6 +65,7 @@ class FaceStage final : public Stage {
   std::unique_ptr<vision::FaceDetector> detector_;  // The searches'.
   vision::FaceSearch search_;
   vision::FaceTracker tracker_;
+  std::optional<Seen> seen_;                                     // Last, by the network, while it sees it.
   std::deque<std::shared_ptr<vision::FaceSighting>> sightings_;  // Asked for, and not due yet.
   SearchBeside beside_;                                          // Last: its thread uses what is above.
 };

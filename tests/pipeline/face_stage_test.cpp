@@ -118,6 +118,69 @@ TEST(FaceStage, WhatIsAskedAtAFrameTakesEffectSoManyFramesLater) {
   }
 }
 
+// Eyes and mouth about a place, and a person of 200 px a metre.
+std::shared_ptr<const PersonSighting> person_at(cv::Point2d face, Nanoseconds time, double visibility = 1) {
+  auto sighting = std::make_shared<PersonSighting>();
+  sighting->time = time;
+  auto& look = sighting->look;
+  look.score = 1;
+  for (std::size_t k = 0; k < vision::kPersonPoints; ++k) {
+    const bool of_face = k <= 10;
+    const cv::Point2d metres =
+        of_face ? cv::Point2d(k % 2 == 0 ? 0.02 : -0.02, -0.6) : cv::Point2d(0, 0.1 * double(k % 9));
+    look.metres[k] = {metres.x, metres.y, 0};
+    look.points[k] = {face + 200 * (metres - cv::Point2d(0, -0.6)), 0, visibility, 1};
+  }
+  return sighting;
+}
+
+TEST(FaceStage, TheFaceThatThePersonNetworkSeesIsThePerformersAndNothingIsSearched) {
+  FaceStage stage(std::make_unique<FakeDetector>(brightest), at_once());
+  for (const auto& frame : moving_spot(12)) {
+    auto o = observation_of(frame);
+    o.person = person_at({30.0 + double(frame->sequence), 20}, o.time);
+    stage.process(o);
+    ASSERT_TRUE(o.face);
+    EXPECT_NEAR(o.face->centre.x, 30.0 + double(frame->sequence), 2) << "eyes and mouth are 2 % of a metre aside";
+    EXPECT_NEAR(o.face->centre.y, 20, 1e-6);
+    EXPECT_NEAR(o.face->width, 0.16 * 200, 0.5);
+    EXPECT_EQ(o.faces, 1);
+    EXPECT_EQ(o.face->unseen_s, 0);
+  }
+  EXPECT_EQ(stage.asked(), 0u);
+}
+
+TEST(FaceStage, BetweenLooksTheFaceGoesOnAsItWent) {
+  FaceStage stage(std::make_unique<FakeDetector>(brightest), at_once());
+  const auto frames = moving_spot(6);
+  std::vector<double> x;
+  for (const auto& frame : frames) {
+    auto o = observation_of(frame);
+    // A look every other frame.
+    const auto looked = frame->sequence / 2 * 2;
+    o.person = person_at({30.0 + 4 * double(looked), 20}, frames[looked]->device_time);
+    stage.process(o);
+    ASSERT_TRUE(o.face);
+    x.push_back(o.face->centre.x - 30);
+  }
+  EXPECT_NEAR(x[1], x[0], 1e-9) << "nothing is known of its way yet";
+  EXPECT_NEAR(x[3] - x[2], 4, 0.6);
+  EXPECT_NEAR(x[5] - x[4], 4, 0.6);
+}
+
+TEST(FaceStage, WhereTheNetworkSeesNoFaceOneIsSearched) {
+  FaceStage stage(std::make_unique<FakeDetector>(brightest), at_once());
+  Observation last;
+  for (const auto& frame : moving_spot(8)) {
+    last = observation_of(frame);
+    last.person = person_at({100, 20}, last.time, 0.1);
+    stage.process(last);
+  }
+  ASSERT_TRUE(last.face);
+  EXPECT_NEAR(last.face->centre.y, 50.5, 1) << "the detector's";
+  EXPECT_GT(stage.asked(), 0u);
+}
+
 TEST(FaceStage, TheFaceIsGivenInPixelsOfTheObservationsPicture) {
   FaceStage stage(std::make_unique<FakeDetector>(brightest), at_once());
   Observation last;

@@ -4,9 +4,12 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
+
+#include "vision/face.hpp"
 
 namespace choreo::vision {
 
@@ -23,8 +26,12 @@ struct PersonRegion {
 /// The points of MediaPipe's pose models by their numbers; left and right are the person's own.
 enum class PersonPointName : std::size_t {
   kNose = 0,
+  kLeftEye = 2,
+  kRightEye = 5,
   kLeftEar = 7,
   kRightEar = 8,
+  kMouthLeft = 9,
+  kMouthRight = 10,
   kLeftShoulder = 11,
   kRightShoulder = 12,
   kLeftElbow = 13,
@@ -66,9 +73,15 @@ struct PersonLook {
   [[nodiscard]] const PersonPoint& operator[](PersonPointName name) const {
     return points[static_cast<std::size_t>(name)];
   }
+  /// By how far apart the joints are in the picture and in space; 0 where all are in one place.
+  [[nodiscard]] double pixels_per_metre() const;
 };
 
 /// The silhouette in a picture of that size: CV_8UC1, 0 to 255; 0 outside of the region.
 [[nodiscard]] cv::Mat silhouette_in_picture(const PersonLook& look, cv::Size size);
+
+/// The person's face as FaceDetectors give it: between eyes and mouth, a tenth of a person's height wide. Nothing where
+/// these are not seen.
+[[nodiscard]] std::optional<Face> face_of(const PersonLook& look);
 
 }  // namespace choreo::vision
