@@ -32,7 +32,7 @@ struct PersonSettings {
   std::string models;            ///< Folder of the network's files; empty: the usual one.
   std::string network = "full";  ///< full, lite.
   double looks_per_s = 10;
-  int delay_frames = 4;  ///< Of live runs.
+  double delay_s = 0.06;  ///< Of live runs.
 };
 
 /// The whole configuration.

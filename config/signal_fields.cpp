@@ -64,8 +64,8 @@ void add_person(std::vector<Field>& fields) {
   fields.push_back(number(
       "person.looks_per_s", [](Options& o) -> double& { return o.person.looks_per_s; }, {0.1, 1000},
       "from 0.1 to 1000 looks a second", "How often the network looks; no frame is looked at twice."));
-  fields.push_back(integer(
-      "person.delay_frames", [](Options& o) -> int& { return o.person.delay_frames; }, 1, 60, "from 1 to 60 frames",
+  fields.push_back(number(
+      "person.delay_s", [](Options& o) -> double& { return o.person.delay_s; }, {0.01, 2}, "from 0.01 to 2 s",
       "Live, so long after the frame that is looked at its person takes effect; the look has this time."));
 }
 

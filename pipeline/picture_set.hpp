@@ -27,7 +27,7 @@ namespace choreo::pipeline {
 struct PictureSetOptions {
   int longest_side = 800;      ///< px; larger pictures are reduced to it, 64 to 4096.
   double least_face = 0.04;    ///< Narrowest face, cheek to cheek, of the picture's height, [0.01, 0.5].
-  double most_face = 0.4;      ///< Widest, (least_face, 1].
+  double most_face = 0.8;      ///< Widest, (least_face, 1].
   double least_threshold = 7;  ///< Grey levels by which the body differs from the wall at least, [1, 255].
   recognition::SemaphoreOptions semaphore;
   vision::ToneOptions tones;

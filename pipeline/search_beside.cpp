@@ -17,16 +17,13 @@ constexpr int kNice = 10;  // Of the thread that searches.
 // What is not const belongs to `mutex_`.
 struct SearchBeside::Job {
   const std::function<void()> search;
-  std::uint64_t due;  // Of the thread that asks.
+  const std::int64_t due;
   bool done = false, is_void = false;
   std::exception_ptr problem = nullptr;
 };
 
-SearchBeside::SearchBeside(std::string thread, int delay_frames, bool waits, WhenLate when_late)
-    : delay_frames_(delay_frames),
-      waits_(waits),
-      when_late_(when_late),
-      thread_([this, name = std::move(thread)] { work(name); }) {}
+SearchBeside::SearchBeside(std::string thread, bool waits, WhenLate when_late)
+    : waits_(waits), when_late_(when_late), thread_([this, name = std::move(thread)] { work(name); }) {}
 
 SearchBeside::~SearchBeside() {
   {
@@ -66,12 +63,11 @@ void SearchBeside::work(const std::string& name) {
   }
 }
 
-SearchBeside::Due SearchBeside::begin_frame(bool was_late) {
-  const auto now = frames_++;
+SearchBeside::Due SearchBeside::begin_frame(std::int64_t now, bool was_late) {
   std::shared_ptr<Job> job;  // Before the lock: what it holds is freed without.
   std::unique_lock lock(mutex_);
   if (problem_) std::rethrow_exception(problem_);
-  if (pending_.empty() || pending_.front()->due != now) return Due::kNothing;
+  if (pending_.empty() || pending_.front()->due > now) return Due::kNothing;
   job = pending_.front();
   if (waits_ && !was_late) changed_.wait(lock, [&] { return job->done; });
   if (!job->done || was_late) {
@@ -80,8 +76,6 @@ SearchBeside::Due SearchBeside::begin_frame(bool was_late) {
       pending_.pop_front();
       job->is_void = true;
       std::erase(waiting_, job);  // Where it was not begun: what it holds is memory.
-    } else {
-      ++job->due;
     }
     return Due::kLate;
   }
@@ -90,8 +84,7 @@ SearchBeside::Due SearchBeside::begin_frame(bool was_late) {
   return Due::kDone;
 }
 
-void SearchBeside::ask(std::function<void()> search) {
-  const auto due = frames_ - 1 + static_cast<std::uint64_t>(delay_frames_);
+void SearchBeside::ask(std::function<void()> search, std::int64_t due) {
   auto job = std::make_shared<Job>(Job{std::move(search), due});
   ++asked_;
   pending_.push_back(job);

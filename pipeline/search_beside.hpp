@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Searches that are done beside the frames' own way and take effect a fixed number of frames later.
+// Searches that are done beside the frames' own way and take effect later, at a frame that is known before.
 #pragma once
 
 #include <condition_variable>
@@ -16,8 +16,9 @@ namespace choreo::pipeline {
 
 /// One search after another, in a thread of its own and behind everything else.
 ///
-/// A search that is asked for at one frame takes effect exactly `delay_frames` frames later; where it is late, at a
-/// later frame or never. So results depend on the frames and on which searches were late where, and on nothing else.
+/// A search that is asked for at one frame takes effect at the first frame at or behind the time when it is due; where
+/// it is late, at a later frame or never. So results depend on the frames and on which searches were late where, and on
+/// nothing else. Times are counted by who asks: in frames, say, or in nanoseconds of the frames' own time.
 /// @thread thread-bound; one thread asks, and counts the frames.
 class SearchBeside {
  public:
@@ -29,7 +30,7 @@ class SearchBeside {
 
   /// @param thread  its name, at most 15 characters.
   /// @param waits  frames wait for a search that is due; else it is late.
-  SearchBeside(std::string thread, int delay_frames, bool waits, WhenLate when_late);
+  SearchBeside(std::string thread, bool waits, WhenLate when_late);
   /// After the search that is going on.
   ~SearchBeside();
   SearchBeside(const SearchBeside&) = delete;
@@ -37,15 +38,16 @@ class SearchBeside {
 
   enum class Due { kNothing, kDone, kLate };
 
-  /// The next frame begins. @return what becomes of the search that is due at it, the eldest that was asked for:
-  /// nothing is due, it is done, or it is late.
+  /// A frame begins. @return what becomes of the eldest search that was asked for: it is not due, it is done, or it is
+  /// late.
   /// @param was_late  what is due counts as late, though it may be done: it was so in the run that is replayed.
   /// @throws what a search threw that is due or was void.
-  [[nodiscard]] Due begin_frame(bool was_late);
+  [[nodiscard]] Due begin_frame(std::int64_t now, bool was_late);
 
-  /// Asks for a search at the frame that began last; at most one a frame. What it writes to may be read where it is
-  /// done. Where it is late it may still be running: what it writes to must be its own.
-  void ask(std::function<void()> search);
+  /// Asks for a search at the frame that began last; at most one a frame, each due later than the one before. What it
+  /// writes to may be read where it is done. Where it is late it may still be running: what it writes to must be its
+  /// own.
+  void ask(std::function<void()> search, std::int64_t due);
 
   [[nodiscard]] std::uint64_t asked() const { return asked_; }  ///< Searches so far.
   [[nodiscard]] std::uint64_t late() const { return late_; }    ///< Frames at which one was late.
@@ -55,10 +57,8 @@ class SearchBeside {
 
   void work(const std::string& name);
 
-  int delay_frames_;
   bool waits_;
   WhenLate when_late_;
-  std::uint64_t frames_ = 0;
   std::uint64_t asked_ = 0, late_ = 0;
   std::deque<std::shared_ptr<Job>> pending_;  // Asked for, and not due yet.
 

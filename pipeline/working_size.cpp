@@ -49,6 +49,22 @@ cv::Mat at_working_size(const cv::Mat& picture, cv::Size size) {
   return out;
 }
 
+cv::Mat grey_part(const cv::Mat& bgr, cv::Size size, const cv::Rect& where) {
+  cv::Mat part;
+  if (bgr.size() == size) {
+    part = bgr(where);
+  } else {
+    const double sx = double(bgr.cols) / size.width;
+    const double sy = double(bgr.rows) / size.height;
+    const cv::Point from(static_cast<int>(where.x * sx), static_cast<int>(where.y * sy));
+    const cv::Point to(static_cast<int>(std::ceil(where.br().x * sx)), static_cast<int>(std::ceil(where.br().y * sy)));
+    cv::resize(bgr(cv::Rect(from, to) & cv::Rect({0, 0}, bgr.size())), part, where.size(), 0, 0, cv::INTER_AREA);
+  }
+  cv::Mat grey;
+  cv::cvtColor(part, grey, cv::COLOR_BGR2GRAY);
+  return grey;
+}
+
 cv::Mat depth_at_working_size(const cv::Mat& depth, cv::Size size) {
   if (depth.empty() || depth.size() == size) return depth;
   cv::Mat out(size, CV_16UC1);

@@ -13,6 +13,10 @@ namespace choreo::pipeline {
 /// The picture at that size, each pixel the mean of what it covers. The same picture where nothing changes.
 [[nodiscard]] cv::Mat at_working_size(const cv::Mat& picture, cv::Size size);
 
+/// A part of the picture at that size, grey.
+/// @param where  in pixels of that size, inside it.
+[[nodiscard]] cv::Mat grey_part(const cv::Mat& bgr, cv::Size size, const cv::Rect& where);
+
 /// Depth at that size: each pixel the middle one of the valid readings (not 0) that it covers, the nearer of two; 0
 /// where fewer than half are valid. Never a mean, which would put things where nothing is. The same picture where
 /// nothing changes, and an empty one of an empty one.

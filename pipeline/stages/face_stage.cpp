@@ -7,6 +7,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "core/error.hpp"
@@ -14,23 +15,6 @@
 
 namespace choreo::pipeline {
 namespace {
-
-// The part `where` of the picture of `size` rows and columns that the frame gives, grey.
-cv::Mat grey_part(const cv::Mat& bgr, cv::Size size, const cv::Rect& where) {
-  cv::Mat part;
-  if (bgr.size() == size) {
-    part = bgr(where);
-  } else {
-    const double sx = double(bgr.cols) / size.width;
-    const double sy = double(bgr.rows) / size.height;
-    const cv::Point from(static_cast<int>(where.x * sx), static_cast<int>(where.y * sy));
-    const cv::Point to(static_cast<int>(std::ceil(where.br().x * sx)), static_cast<int>(std::ceil(where.br().y * sy)));
-    cv::resize(bgr(cv::Rect(from, to) & cv::Rect({0, 0}, bgr.size())), part, where.size(), 0, 0, cv::INTER_AREA);
-  }
-  cv::Mat grey;
-  cv::cvtColor(part, grey, cv::COLOR_BGR2GRAY);
-  return grey;
-}
 
 // The mask's pixels in the picture that is searched, with some room for a head that the mask lacks.
 cv::Rect body_box(const cv::Mat& mask, cv::Size size) {
@@ -60,41 +44,14 @@ FaceStage::FaceStage(std::unique_ptr<vision::FaceDetector> detector, FaceStageOp
       detector_(std::move(detector)),
       search_(options_.search),
       tracker_(options_.track),
-      beside_("face-search", options_.delay_frames, options_.waits, SearchBeside::WhenLate::kVoid) {
+      beside_("face-search", options_.waits, SearchBeside::WhenLate::kVoid) {
   assert(detector_);
   options_.validate();
 }
 
-std::optional<vision::TrackedFace> FaceStage::by_the_network(const Observation& observation) {
-  const auto face = observation.person ? vision::face_of(observation.person->look) : std::nullopt;
-  if (!face) {
-    seen_.reset();
-    return std::nullopt;
-  }
-  const auto time = observation.person->time;
-  if (!seen_ || seen_->time != time) {
-    constexpr double kApart_s = 0.5;  // Of a look so long ago nothing is known of the way between.
-    Seen now;
-    now.time = time;
-    now.first = seen_ ? seen_->first : time;
-    now.face.centre = (face->box.tl() + face->box.br()) / 2;
-    now.face.width = face->box.width;
-    now.face.confidence = face->confidence;
-    const double dt = seen_ ? to_seconds(time - seen_->time) : 0;
-    if (dt > 0 && dt <= kApart_s) now.velocity = (now.face.centre - seen_->face.centre) / dt;
-    seen_ = now;
-  }
-  constexpr double kDamping_s = 0.15;
-  auto now = seen_->face;
-  now.unseen_s = to_seconds(std::max(observation.time - time, Nanoseconds{0}));
-  now.age_s = to_seconds(observation.time - seen_->first);
-  now.centre += seen_->velocity * (kDamping_s * (1 - std::exp(-now.unseen_s / kDamping_s)));
-  return now;
-}
-
 // What takes effect at this frame; null: nothing.
 std::shared_ptr<const vision::FaceSighting> FaceStage::due(const Observation& observation) {
-  const auto due = beside_.begin_frame(observation.frame->late_face);
+  const auto due = beside_.begin_frame(frames_++, observation.frame->late_face);
   if (due == SearchBeside::Due::kNothing) return nullptr;
   auto sighting = std::move(sightings_.front());
   sightings_.pop_front();
@@ -110,16 +67,18 @@ void FaceStage::ask(const Observation& observation, cv::Size size, const vision:
   // While the wall is learned anew there is a mask without a meaning.
   if (!observation.mask.learning) sighting->body = observation.mask.mask;
   sightings_.push_back(sighting);
-  beside_.ask([this, sighting, size, frame = observation.frame] {
-    const auto& q = sighting->query;
-    try {
-      const auto grey = grey_part(frame->bgr, size, q.where);
-      sighting->faces = detector_->detect(grey, {{0, 0}, grey.size()}, q.least_px, q.most_px, q.look);
-    } catch (const cv::Exception& error) {
-      throw failure(fmt::format("searching for faces failed: {}", error.err));
-    }
-    for (auto& face : sighting->faces) face.box += cv::Point2d(q.where.tl());
-  });
+  beside_.ask(
+      [this, sighting, size, frame = observation.frame] {
+        const auto& q = sighting->query;
+        try {
+          const auto grey = grey_part(frame->bgr, size, q.where);
+          sighting->faces = detector_->detect(grey, {{0, 0}, grey.size()}, q.least_px, q.most_px, q.look);
+        } catch (const cv::Exception& error) {
+          throw failure(fmt::format("searching for faces failed: {}", error.err));
+        }
+        for (auto& face : sighting->faces) face.box += cv::Point2d(q.where.tl());
+      },
+      frames_ - 1 + options_.delay_frames);
 }
 
 void FaceStage::process(Observation& observation) {
@@ -129,9 +88,9 @@ void FaceStage::process(Observation& observation) {
     const auto size = working_size(bgr.size(), options_.rows);
     auto report = tracker_.update(to_seconds(observation.time), size, sighting.get());
     observation.faces = report.in_sight;
-    if (const auto face = by_the_network(observation)) {
-      observation.face = face;
-      observation.faces = std::max(report.in_sight, 1);
+    observation.face = followed_.update(observation);
+    if (followed_.knows()) {
+      if (observation.face) observation.faces = std::max(report.in_sight, 1);
       return;
     }
     const auto& picture = observation.picture.empty() ? bgr : observation.picture;

@@ -6,9 +6,9 @@
 #include <deque>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 
+#include "pipeline/followed_face.hpp"
 #include "pipeline/search_beside.hpp"
 #include "pipeline/stage.hpp"
 #include "vision/face_detector.hpp"
@@ -32,9 +32,10 @@ struct FaceStageOptions {
 
 /// frame, mask, person -> face, number of faces.
 ///
-/// Where the person network sees the performer's face it is that one, moved on to the frame by how it moved between the
-/// last two looks, and no detector searches. Elsewhere:
-/// /// A search that is asked for at one frame is done by a thread of the stage's own and takes effect exactly
+/// Where the person network sees the performer's face it is that one, followed from the frame that was looked at to
+/// this one, and where it sees the back of the head there is none: no detector searches. Elsewhere one does:
+///
+/// A search that is asked for at one frame is done by a thread of the stage's own and takes effect exactly
 /// `delay_frames` frames later, or never. So the results depend on the frames and on which searches were late, and on
 /// nothing else: frames whose run noted a late one (Frame::late_face) void it again, however fast the search is now.
 /// Comes after MaskStage, or without one; it then knows nothing of the body. A frame without a picture has no face.
@@ -51,13 +52,6 @@ class FaceStage final : public Stage {
   [[nodiscard]] std::uint64_t late() const { return beside_.late(); }    ///< Of these, void.
 
  private:
-  // Where the network sees it, in pixels of the observation's picture.
-  struct Seen {
-    vision::TrackedFace face;
-    cv::Point2d velocity;  // px/s
-    Nanoseconds time{0}, first{0};
-  };
-  [[nodiscard]] std::optional<vision::TrackedFace> by_the_network(const Observation& observation);
   [[nodiscard]] std::shared_ptr<const vision::FaceSighting> due(const Observation& observation);
   void ask(const Observation& observation, cv::Size size, const vision::FaceQuery& query);
 
@@ -65,7 +59,8 @@ class FaceStage final : public Stage {
   std::unique_ptr<vision::FaceDetector> detector_;  // The searches'.
   vision::FaceSearch search_;
   vision::FaceTracker tracker_;
-  std::optional<Seen> seen_;                                     // Last, by the network, while it sees it.
+  FollowedFace followed_;  // The network's.
+  std::int64_t frames_ = 0;
   std::deque<std::shared_ptr<vision::FaceSighting>> sightings_;  // Asked for, and not due yet.
   SearchBeside beside_;                                          // Last: its thread uses what is above.
 };

@@ -58,20 +58,15 @@ void PersonStageOptions::validate() const {
   if (seeks_per_s && (*seeks_per_s < 0.1 || *seeks_per_s > 1000)) {
     throw usage_error(fmt::format("seeks_per_s is {}", *seeks_per_s), {}, "it is from 0.1 to 1000");
   }
-  if (delay_frames < 0 || delay_frames > 60) {
-    throw usage_error(fmt::format("delay_frames is {}", delay_frames), {}, "it is from 0 to 60");
-  }
+  if (delay_s < 0 || delay_s > 2) throw usage_error(fmt::format("delay_s is {}", delay_s), {}, "it is from 0 to 2");
 }
 
 PersonStage::PersonStage(vision::PersonSearch search, PersonStageOptions options)
     : options_(std::move(options)),
       search_(std::move(search)),
-      track_(options_.delay_frames > 0 ? vision::PersonTrack::Seeks::kInTurns
-                                       : vision::PersonTrack::Seeks::kEverywhere) {
+      track_(options_.delay_s > 0 ? vision::PersonTrack::Seeks::kInTurns : vision::PersonTrack::Seeks::kEverywhere) {
   options_.validate();
-  if (options_.delay_frames > 0) {
-    beside_.emplace("person-search", options_.delay_frames, options_.waits, SearchBeside::WhenLate::kDefer);
-  }
+  if (options_.delay_s > 0) beside_.emplace("person-search", options_.waits, SearchBeside::WhenLate::kDefer);
 }
 
 // Whether this frame is the first one at or behind the next time for a look. Frames come when they come: half a
@@ -96,7 +91,8 @@ void PersonStage::take_effect(const std::shared_ptr<Look>& look, Observation& ob
   if (!before && options_.seeks_per_s) next_.reset();  // Seeking is over.
   const auto& picture = observation.picture.empty() ? observation.frame->bgr : observation.picture;
   const double factor = picture.empty() ? 1.0 : double(picture.cols) / look->frame->bgr.cols;
-  auto now = std::make_shared<PersonSighting>(PersonSighting{scaled(*std::move(look->seen), factor), look->time, {}});
+  auto now = std::make_shared<PersonSighting>(
+      PersonSighting{scaled(*std::move(look->seen), factor), look->time, look->frame, {}});
   if (before && now->time > before->time)
     now->speed = fastest(before->look, now->look) / to_seconds(now->time - before->time);
   last_ = std::move(now);
@@ -104,7 +100,7 @@ void PersonStage::take_effect(const std::shared_ptr<Look>& look, Observation& ob
 
 void PersonStage::process(Observation& observation) {
   if (beside_) {
-    const auto due = beside_->begin_frame(observation.frame->late_person);
+    const auto due = beside_->begin_frame(observation.time.count(), observation.frame->late_person);
     if (due == SearchBeside::Due::kDone) {
       take_effect(std::exchange(pending_, nullptr), observation);
     } else if (due == SearchBeside::Due::kLate && options_.on_late) {
@@ -123,7 +119,7 @@ void PersonStage::process(Observation& observation) {
     };
     if (!at_once) {
       pending_ = look;
-      beside_->ask(search);
+      beside_->ask(search, (observation.time + from_seconds(options_.delay_s)).count());
     } else {
       search();
       take_effect(look, observation);

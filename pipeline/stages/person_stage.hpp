@@ -17,8 +17,8 @@ namespace choreo::pipeline {
 struct PersonStageOptions {
   double looks_per_s = 10;            ///< By the frames' own times, [0.1, 1000]; no frame is looked at twice.
   std::optional<double> seeks_per_s;  ///< While nobody is seen, likewise; nothing: as often.
-  int delay_frames = 4;  ///< Frames from the one that is looked at to the one that knows, [0, 60]; 0: the stage looks
-                         ///< itself, and frames wait for it.
+  double delay_s = 0.06;  ///< At least, from the frame that is looked at to the one that knows, [0, 2]; 0: the stage
+                          ///< looks itself, and frames wait for it.
   bool first_at_once = false;  ///< Frames wait for the first look, which else has an effect as late as the others.
   bool waits = true;           ///< For a look that is not done when it is due; else it is due at the next frame again.
   /// Told of every frame at which a look was due and not done: its sequence number. Called by the thread that calls

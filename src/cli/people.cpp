@@ -23,7 +23,7 @@ bool lacks_people(const config::Options& settings) {
 std::unique_ptr<pipeline::PersonStage> person_stage(vision::PersonSearch search, const config::Options& settings,
                                                     bool masks, bool somebody) {
   pipeline::PersonStageOptions options;
-  options.delay_frames = 0;
+  options.delay_s = 0;
   // A mask between two looks is a guess where anything moves fast, and a recording has time.
   constexpr double kEveryFrame = 1000;
   options.looks_per_s = masks ? kEveryFrame : settings.person.looks_per_s;
@@ -34,7 +34,7 @@ std::unique_ptr<pipeline::PersonStage> person_stage(vision::PersonSearch search,
 std::unique_ptr<pipeline::PersonStage> person_stage_beside(const config::Options& settings,
                                                            std::function<void(std::uint64_t)> on_late) {
   pipeline::PersonStageOptions options;
-  options.delay_frames = settings.person.delay_frames;
+  options.delay_s = settings.person.delay_s;
   options.looks_per_s = settings.person.looks_per_s;
   options.first_at_once = true;  // Nothing was shown yet.
   options.waits = on_late == nullptr;
@@ -62,7 +62,9 @@ std::string JointsRecord::csv() const {
 
 std::optional<std::string> few_looks(const pipeline::PersonStage& person, const config::Options& settings,
                                      double seconds, std::uint64_t frames) {
-  const double wanted = std::min(settings.person.looks_per_s * seconds, double(frames) / settings.person.delay_frames);
+  // One at a time, and none sooner than the next frame.
+  const double most = std::min(seconds / settings.person.delay_s, double(frames));
+  const double wanted = std::min(settings.person.looks_per_s * seconds, most);
   if (2 * (double(person.looks()) + 1) >= wanted) return std::nullopt;
   return fmt::format(
       "the machine was too busy to look for the person more often than {:.1f} times a second; person.looks_per_s asks "

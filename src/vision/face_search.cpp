@@ -13,7 +13,7 @@ namespace choreo::vision {
 namespace {
 
 constexpr double kWidths = 1.15;     // A face is searched from its width over this to its width times this.
-constexpr double kBand = 1.7;        // Ratio of the sizes that one band covers.
+constexpr double kBand = 1.83;       // Ratio of the sizes that one band covers; five are all, by default.
 constexpr double kPartWindows = 40;  // Smallest faces, side by side, that a part holds at most.
 
 void require(bool good, const char* name, double value, const char* range) {

@@ -15,7 +15,7 @@ namespace choreo::vision {
 
 struct FaceSearchOptions {
   double least_share = 0.04;  ///< Narrowest face, cheek to cheek, of the picture's height, [0.01, 0.5].
-  double most_share = 0.4;    ///< Widest, (least_share, 1].
+  double most_share = 0.8;    ///< Widest, (least_share, 1].
   int near_frames = 5;        ///< Frames between two looks at a face that is followed, [1, 1000].
   int whole_frames = 30;      ///< Frames in which the whole is searched for a band of sizes beside it, [1, 100000].
   int lost_frames = 3;        ///< Frames between two steps while nobody's face is known, [1, 1000].

@@ -101,7 +101,7 @@ std::vector<Case> cases() {
       {"person.models", {"\"\"", "\"a folder\""}, {"1", "true"}},
       {"person.network", {"\"full\"", "\"lite\""}, kNoWord},
       {"person.looks_per_s", {"0.1", "10", "1000"}, no_number({"0.05", "1001"})},
-      {"person.delay_frames", {"1", "60"}, no_integer({"0", "61"})},
+      {"person.delay_s", {"0.01", "0.06", "2"}, no_number({"0.005", "2.1"})},
       {"face.choose", {"\"tracked\"", "\"largest\""}, kNoWord},
       {"face.least_share", {"0.01", "0.5"}, no_number({"0.0099", "0.51"})},
       {"face.most_share", {"0.02", "1"}, no_number({"0.01", "1.01"})},

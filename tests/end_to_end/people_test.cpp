@@ -124,7 +124,7 @@ TEST_F(People, LiveMasksOfAPersonAreReplayedToTheLastBit) {
 // A look that is due at the next frame, 17 ms later, is rarely done by then.
 TEST_F(People, ALiveRunWithLateLooksIsReplayedByteForByte) {
   const std::vector<std::string> settings = {
-      "--joints", "--set", "person.delay_frames=1", "--set", "person.network=lite", "--set", "plot.width_px=320"};
+      "--joints", "--set", "person.delay_s=0.01", "--set", "person.network=lite", "--set", "plot.width_px=320"};
   const auto live = [&](const std::string& source, const std::string& out, std::vector<std::string> more) {
     std::vector<std::string> arguments = {"live", source, "--headless", "--out", folder_ / out};
     arguments.insert(arguments.end(), settings.begin(), settings.end());

@@ -71,7 +71,7 @@ std::vector<Known> all_known(PersonStage& stage, const std::vector<devices::Fram
 PersonStageOptions looking(double per_s, int delay) {
   PersonStageOptions options;
   options.looks_per_s = per_s;
-  options.delay_frames = delay;
+  options.delay_s = delay * to_seconds(kFrame);
   return options;
 }
 

@@ -22,6 +22,14 @@ double PersonLook::pixels_per_metre() const {
   return spread_m > 0 ? std::sqrt(spread / spread_m) : 0.0;
 }
 
+bool PersonLook::faces_away() const {
+  constexpr double kMost = 110 * CV_PI / 180;
+  const auto metres_of = [&](PersonPointName name) { return metres[static_cast<std::size_t>(name)]; };
+  const auto ears = (metres_of(PersonPointName::kLeftEar) + metres_of(PersonPointName::kRightEar)) / 2;
+  const auto nose = metres_of(PersonPointName::kNose) - ears;
+  return std::abs(std::atan2(nose.x, -nose.z)) > kMost;
+}
+
 std::optional<Face> face_of(const PersonLook& look) {
   using Name = PersonPointName;
   constexpr double kSeen = 0.5;
@@ -33,7 +41,7 @@ std::optional<Face> face_of(const PersonLook& look) {
     seen = std::min({seen, look[name].visibility, look[name].presence});
   }
   const double width = kFace * look.pixels_per_metre();
-  if (seen < kSeen || !(width > 0)) return std::nullopt;
+  if (seen < kSeen || !(width > 0) || look.faces_away()) return std::nullopt;
   return Face{{centre.x - width / 2, centre.y - width / 2, width, width}, std::min(1.0, look.score * seen)};
 }
 

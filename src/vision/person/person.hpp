@@ -75,13 +75,16 @@ struct PersonLook {
   }
   /// By how far apart the joints are in the picture and in space; 0 where all are in one place.
   [[nodiscard]] double pixels_per_metre() const;
+  /// Whether the head shows its back: the nose lies more than 110 degrees off the way to the camera, as seen from above
+  /// between the ears. Points of a face that is away count as seen all the same.
+  [[nodiscard]] bool faces_away() const;
 };
 
 /// The silhouette in a picture of that size: CV_8UC1, 0 to 255; 0 outside of the region.
 [[nodiscard]] cv::Mat silhouette_in_picture(const PersonLook& look, cv::Size size);
 
 /// The person's face as FaceDetectors give it: between eyes and mouth, a tenth of a person's height wide. Nothing where
-/// these are not seen.
+/// these are not seen, or away.
 [[nodiscard]] std::optional<Face> face_of(const PersonLook& look);
 
 }  // namespace choreo::vision
