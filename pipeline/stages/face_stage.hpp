@@ -6,8 +6,10 @@
 #include <deque>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "pipeline/face_pattern.hpp"
 #include "pipeline/followed_face.hpp"
 #include "pipeline/search_beside.hpp"
 #include "pipeline/stage.hpp"
@@ -52,7 +54,12 @@ class FaceStage final : public Stage {
   [[nodiscard]] std::uint64_t late() const { return beside_.late(); }    ///< Of these, void.
 
  private:
-  [[nodiscard]] std::shared_ptr<const vision::FaceSighting> due(const Observation& observation);
+  struct Search {
+    vision::FaceSighting sighting;
+    devices::FramePtr frame;
+  };
+  [[nodiscard]] std::shared_ptr<const Search> due(const Observation& observation);
+  void follow(vision::TrackedFace& face, cv::Size size, const Search* search, const Observation& observation);
   void ask(const Observation& observation, cv::Size size, const vision::FaceQuery& query);
 
   FaceStageOptions options_;
@@ -61,8 +68,10 @@ class FaceStage final : public Stage {
   vision::FaceTracker tracker_;
   FollowedFace followed_;  // The network's.
   std::int64_t frames_ = 0;
-  std::deque<std::shared_ptr<vision::FaceSighting>> sightings_;  // Asked for, and not due yet.
-  SearchBeside beside_;                                          // Last: its thread uses what is above.
+  std::optional<FacePattern> pattern_;            // Of the detector's, as it last found it.
+  cv::Point2d last_;                              // Its place at the frame before.
+  std::deque<std::shared_ptr<Search>> searches_;  // Asked for, and not due yet.
+  SearchBeside beside_;                           // Last: its thread uses what is above.
 };
 
 }  // namespace choreo::pipeline

@@ -26,6 +26,7 @@ constexpr double kAlikeWidths = 1.5;   // Ratio.
 constexpr double kMovedBy = 0.6;       // Face widths; a detector's jitter on a poster is a tenth.
 constexpr double kOnBody = 0.3;        // Share of a face's box that the body mask has to cover.
 constexpr double kLargerBy = 1.2;      // Before the larger one of two is another.
+constexpr double kPresumed_s = 0.5;    // A face that was not seen for so long is presumed to be there.
 
 double reach(double width, double unseen_s) {
   return width * (kStillReach + kReachPerSecond * std::max(0.0, unseen_s));
@@ -204,7 +205,8 @@ void FaceTracker::choose(double time_s) {
     const bool against_current = kept && best == &*current;
     bool better = false;
     if (against_current) {
-      better = (evidence(*best) == 0 && more > 0) ||
+      const bool presumed = time_s - best->seen_s > kPresumed_s && track.seen_s > best->seen_s + kPresumed_s;
+      better = (evidence(*best) == 0 && more > 0) || (presumed && track.on_body >= kOnBody) ||
                (options_.choose == FaceChoice::kLargest && more >= 0 && track.width > kLargerBy * best->width);
     } else {
       better = more > 0 || (more == 0 && track.width > best->width);

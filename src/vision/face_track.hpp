@@ -65,10 +65,10 @@ struct FaceCandidate {
 ///
 /// A face counts once it was seen `persistence` times. Between searches it moves on with damped velocity; unseen, it
 /// stays for `coast_s` while its confidence falls. Where the frame's body mask is known, the performer's face is on the
-/// body, and one whose place the body goes on covering is hidden rather than gone: it stays for `hidden_s`. Where it is
-/// not, a face that has never moved, such as a poster's, does not follow one that was lost elsewhere unless it came up
-/// after that; and it gives way to a face that moves. The same sightings and times give the same results, to the last
-/// bit.
+/// body, and one whose place the body goes on covering is hidden rather than gone: it stays for `hidden_s`, or until
+/// another is seen on the body. Where it is not, a face that has never moved, such as a poster's, does not follow one
+/// that was lost elsewhere unless it came up after that; and it gives way to a face that moves. The same sightings and
+/// times give the same results, to the last bit.
 /// @thread thread-bound
 class FaceTracker {
  public:

@@ -119,6 +119,18 @@ TEST(FaceTracker, WhereTheBodyIsKnownAFaceBesideItIsAPoster) {
   }
 }
 
+TEST(FaceTracker, AFaceThatIsSeenOnTheBodyBeatsOneThatIsPresumedHidden) {
+  Following following;
+  const auto body = body_over({100, 60, 400, 400});
+  for (int i = 0; i < 5; ++i) (void)following.see({face_at(200, 100)}, body);
+  // Ducked away, and seen again farther off than a face goes; the body is where the face was.
+  for (int i = 0; i < 12; ++i) ASSERT_TRUE(following.see({}, body).face) << "presumed";
+  FaceReport report;
+  for (int i = 0; i < 4; ++i) report = following.see({face_at(450, 300)}, body);
+  ASSERT_TRUE(report.face);
+  EXPECT_NEAR(report.face->centre.x, 450, 1);
+}
+
 TEST(FaceTracker, WithoutABodyThePosterDoesNotFollowAFaceThatWasLost) {
   Following following;
   for (int i = 0; i < 40; ++i) (void)following.see({face_at(300 + 3 * i, 100, 50), face_at(100, 100)});
