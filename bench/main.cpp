@@ -31,6 +31,7 @@ constexpr std::array kBenchmarks = {
           &signals},
     Entry{"semaphore", "letters and words of synthetic signallers, from pictures to text: how many are right",
           &semaphore},
+    Entry{"background", "masks of what differs from the background: how good they are where leaves move", &background},
     Entry{"people", "a look of the person network, on one thread and on two", &people},
 };
 

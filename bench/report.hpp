@@ -38,6 +38,7 @@ void kernels(const Settings& settings, Report& report);
 void chain(const Settings& settings, Report& report);
 void signals(const Settings& settings, Report& report);
 void semaphore(const Settings& settings, Report& report);
+void background(const Settings& settings, Report& report);
 void people(const Settings& settings, Report& report);
 
 }  // namespace choreo::bench

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
 
 #include "cli/one_picture.hpp"
 #include "similarity/all_pairs.hpp"
@@ -19,6 +20,8 @@ namespace {
 constexpr const char* kAllFiles[] = {"plot.png",     "triangle.png", "z.npy",      "zstar.npy",    "times.npy",
                                      "frames.csv",   "masks.npy",    "plot.svg",   "triangle.svg", "particles.csv",
                                      "letters.json", "pictures.png", "joints.csv", "summary.json"};
+
+constexpr double kSomeUnrest = 0.01;  // Of the picture.
 
 std::vector<std::string> warnings_of(const Summary& s, const config::Options& settings, const Gathered& gathered) {
   auto warnings = gathered.source_warnings;
@@ -64,6 +67,14 @@ std::vector<std::string> warnings_of(const Summary& s, const config::Options& se
           "its pixels were decided by inference; give a plate with --background, or leave the room empty for "
           "a second; if something else moves, see mask.roi and mask.ignore",
           100.0 * s.background.unseen, 100.0 * s.inferred));
+    }
+    if (const auto& unrest = s.background.unrest; unrest.share() > kSomeUnrest) {
+      const auto box = cv::boundingRect(unrest.area());
+      const double width = unrest.area().cols, height = unrest.area().rows;
+      warnings.push_back(fmt::format(
+          "{:.0f} % of the picture moves in place, as leaves, water or a screen do, and counts where its colours are "
+          "new; mask.ignore = [[{:.2f}, {:.2f}, {:.2f}, {:.2f}]] leaves it out",
+          100 * unrest.share(), box.x / width, box.y / height, box.br().x / width, box.br().y / height));
     }
     if (gathered.cut_bodies > 0) {
       warnings.push_back(fmt::format("the body is cut by the picture's border in {} of {} frames", gathered.cut_bodies,

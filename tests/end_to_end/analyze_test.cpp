@@ -4,14 +4,21 @@
 #include <fstream>
 #include <sstream>
 
+#include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "end_to_end/choreoscope_run.hpp"
+#include "support/outdoors.hpp"
 #include "support/places.hpp"
 
 namespace choreo::test {
 namespace {
+
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::HasSubstr;
 
 /// One line a frame, cells by column name.
 std::vector<std::map<std::string, std::string>> read_csv(const std::string& path) {
@@ -122,6 +129,28 @@ TEST(AnalyzeOutputs, TheTableTheMatricesAndTheMasksTellTheSameStory) {
   EXPECT_EQ(r.summary["frames_without_body"], without);
   EXPECT_GT(without, 0u);
   EXPECT_GT(r.n, without) << "there is a body to tell of";
+}
+
+// A tree in the wind, and somebody who walks past it.
+TEST(AnalyzeOutputs, LeavesInTheWindAreNoBodyAndAreToldOfWithTheSettingThatLeavesThemOut) {
+  const TempFolder folder;
+  const auto scene = garden(3, 11);
+  std::filesystem::create_directory(folder / "garden");
+  for (std::size_t k = 0; k < scene.pictures.size(); ++k) {
+    cv::imwrite(fmt::format("{}/{:04}.png", folder / "garden", k), scene.pictures[k]);
+  }
+  const auto run = analyze((folder / "garden") + "?fps=15", folder / "out",
+                           {"--save", "masks", "--set", "segmentation=colour", "--set", "plot.width_px=320"});
+  // The tree is from 0.44 of the width on, and down to 0.67 of the height.
+  EXPECT_THAT(run.err_lines("choreoscope: warning: "),
+              Contains(AllOf(HasSubstr("of the picture moves in place"), HasSubstr("mask.ignore = [[0.4"))));
+  const auto masks = read_npy(folder / "out/masks.npy");
+  std::vector<cv::Mat> found;
+  for (std::size_t k = 0; k < scene.pictures.size(); ++k) {
+    found.emplace_back(
+        255 * cv::Mat(kOutdoorsSize, CV_8UC1, const_cast<std::uint8_t*>(masks.data.data()) + k * kOutdoorsSize.area()));
+  }
+  EXPECT_GT(f_measure(found, scene.truths), 0.93);
 }
 
 class BundledRecording : public ::testing::TestWithParam<const char*> {};

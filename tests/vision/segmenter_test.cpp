@@ -14,7 +14,7 @@ namespace {
 using test::same_pixels;
 
 const cv::Size kSegmentedSize{160, 120};
-const cv::Rect kBody{60, 30, 40, 60};
+const cv::Rect kFigure{60, 30, 40, 60};
 const cv::Mat kAllKnown(kSegmentedSize, CV_8UC1, cv::Scalar(255));
 
 cv::Mat segment(cv::Rect where) {
@@ -47,8 +47,8 @@ TEST(Combined, OfClothesLikeTheWallColourDecidesNothing) {
 
 TEST(Combined, AShadowThatColourTakesForBodyIsNone) {
   const cv::Mat shadow = segment({100, 60, 40, 30});
-  const cv::Mat mask = combined(segment(kBody) | shadow, segment(kBody), kAllKnown, 2);
-  EXPECT_TRUE(same_pixels(mask, segment(kBody)));
+  const cv::Mat mask = combined(segment(kFigure) | shadow, segment(kFigure), kAllKnown, 2);
+  EXPECT_TRUE(same_pixels(mask, segment(kFigure)));
 }
 
 TEST(Combined, WhereDepthIsUnknownColourAloneDecides) {
@@ -56,9 +56,9 @@ TEST(Combined, WhereDepthIsUnknownColourAloneDecides) {
   const cv::Rect hair(70, 14, 20, 16);
   cv::Mat known = kAllKnown.clone();
   known(hair) = 0;
-  const cv::Mat body = segment(kBody) | segment(hair);
-  EXPECT_TRUE(same_pixels(combined(body, segment(kBody), known, 2), body));
-  EXPECT_TRUE(same_pixels(combined(segment(kBody), segment(kBody), known, 2), segment(kBody)));
+  const cv::Mat body = segment(kFigure) | segment(hair);
+  EXPECT_TRUE(same_pixels(combined(body, segment(kFigure), known, 2), body));
+  EXPECT_TRUE(same_pixels(combined(segment(kFigure), segment(kFigure), known, 2), segment(kFigure)));
 }
 
 TEST(Combined, IsTheSameInAMirror) {
@@ -73,8 +73,8 @@ TEST(Combined, IsTheSameInAMirror) {
 
 cv::Mat wall() { return test::textured_wall(kSegmentedSize); }
 cv::Mat far_room() { return {kSegmentedSize, CV_16UC1, cv::Scalar(3000)}; }
-cv::Mat picture() { return test::with_body(wall(), segment(kBody), {30, 20, 180}); }
-cv::Mat depth(cv::Rect body = kBody) {
+cv::Mat picture() { return test::with_body(wall(), segment(kFigure), {30, 20, 180}); }
+cv::Mat depth(cv::Rect body = kFigure) {
   auto out = far_room();
   out(body) = 2000;
   return out;
@@ -107,7 +107,7 @@ TEST(Segmenter, ByDepthAloneThePictureIsNotLookedAt) {
   const auto result = segmenter.process(cv::Mat(), depth(), 0);
   EXPECT_TRUE(result.body);
   EXPECT_EQ(result.area, cv::countNonZero(result.mask));
-  EXPECT_GE(test::iou(result.mask, segment(kBody)), 0.99);
+  EXPECT_GE(test::iou(result.mask, segment(kFigure)), 0.99);
   EXPECT_FALSE(result.cut);
   EXPECT_TRUE(segmenter.process(cv::Mat(), depth({60, 60, 40, 60}), 1).cut);
 }
@@ -116,7 +116,7 @@ TEST(Segmenter, ByBothClothesLikeTheWallAreSeenAndTheMaskIsWhole) {
   Segmenter segmenter(BodyMasker(wall(), 1.0, {}), depth_masker(), {});
   const auto result = segmenter.process(wall(), depth(), 0);
   EXPECT_TRUE(result.body);
-  EXPECT_GE(test::iou(result.mask, segment(kBody)), 0.99);
+  EXPECT_GE(test::iou(result.mask, segment(kFigure)), 0.99);
 }
 
 TEST(Segmenter, WhatIsTooSmallIsNoBody) {
@@ -137,12 +137,12 @@ TEST(Segmenter, OfTwoPartsTheLargestAloneIsKeptWhereAskedFor) {
   EXPECT_GT(cv::countNonZero(all.process(cv::Mat(), both, 0).mask(cv::Rect(0, 0, 50, 120))), 500);
   options.largest_only = true;
   Segmenter largest(std::nullopt, depth_masker(options), options);
-  EXPECT_GE(test::iou(largest.process(cv::Mat(), both, 0).mask, segment(kBody)), 0.99);
+  EXPECT_GE(test::iou(largest.process(cv::Mat(), both, 0).mask, segment(kFigure)), 0.99);
 }
 
 TEST(Segmenter, AFrameWithoutDepthIsDecidedByColourOrHasNoBody) {
   Segmenter both(BodyMasker(wall(), 1.0, {}), depth_masker(), {});
-  EXPECT_GE(test::iou(both.process(picture(), cv::Mat(), 0).mask, segment(kBody)), 0.98);
+  EXPECT_GE(test::iou(both.process(picture(), cv::Mat(), 0).mask, segment(kFigure)), 0.98);
   Segmenter deep(std::nullopt, depth_masker(), {});
   const auto result = deep.process(picture(), cv::Mat(), 0);
   EXPECT_FALSE(result.body);
@@ -155,7 +155,7 @@ TEST(Segmenter, WhileTheRoomsDepthIsLearnedAnewColourDecides) {
   cv::Mat elsewhere(kSegmentedSize, CV_16UC1, cv::Scalar(2500));
   const auto result = both.process(picture(), elsewhere, 0);
   EXPECT_TRUE(result.sudden);
-  EXPECT_GE(test::iou(result.mask, segment(kBody)), 0.98);
+  EXPECT_GE(test::iou(result.mask, segment(kFigure)), 0.98);
 }
 
 TEST(Segmentation, HasThreeNames) {
