@@ -175,8 +175,27 @@ bool VideoStream::feed() {
 }
 
 VideoStream::Outcome VideoStream::next(AVFrame& frame, std::stop_token stop) {
-  constexpr int kMostErrorsWhileDraining = 256;
   watch_.begin(std::move(stop));
+  for (;;) {
+    if (deinterlacer_ && deinterlacer_->pull(frame)) return Outcome::kFrame;
+    if (deinterlacer_ && deinterlacer_->ended()) return Outcome::kEnd;
+    const auto outcome = decode(frame);
+    if (outcome == Outcome::kStopped) return outcome;
+    if (outcome == Outcome::kEnd) {
+      if (!deinterlacer_) return outcome;
+      deinterlacer_->end();
+      continue;
+    }
+    if (!deinterlacer_ && is_interlaced(frame)) deinterlacer_.emplace(frame, stream_->time_base);
+    // A recording whose pictures change is refused by who reads it.
+    if (!deinterlacer_ || !deinterlacer_->fits(frame)) return outcome;
+    deinterlacer_->push(frame);
+  }
+}
+
+// The decoder's next undamaged frame.
+VideoStream::Outcome VideoStream::decode(AVFrame& frame) {
+  constexpr int kMostErrorsWhileDraining = 256;
   for (;;) {
     if (watch_.stopped()) return Outcome::kStopped;
     const int result = avcodec_receive_frame(decoder_.get(), &frame);

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "devices/media/byte_input.hpp"
+#include "devices/media/deinterlacer.hpp"
 #include "devices/media/ffv1_check.hpp"
 #include "devices/media/libav.hpp"
 #include "devices/media/video_choice.hpp"
@@ -51,7 +52,7 @@ class VideoStream {
 
   enum class Outcome { kFrame, kEnd, kStopped };
 
-  /// Fills `frame` with the next undamaged frame.
+  /// Fills `frame` with the next undamaged frame, deinterlaced from the first one on that is interlaced.
   /// @throws Error (failure) where a network connection breaks or falls silent.
   Outcome next(AVFrame& frame, std::stop_token stop);
 
@@ -75,6 +76,7 @@ class VideoStream {
   void open_decoder(int threads);
   [[noreturn]] void refuse(int code, std::string_view doing) const;
   bool feed();
+  Outcome decode(AVFrame& frame);
 
   std::string location_;
   bool network_;
@@ -87,6 +89,7 @@ class VideoStream {
   Libav<AVCodecContext> decoder_;
   Libav<AVPacket> packet_;
   Ffv1Check ffv1_check_;
+  std::optional<Deinterlacer> deinterlacer_;
   bool draining_ = false;
   int errors_in_a_row_ = 0;
   int read_error_ = 0;

@@ -6,6 +6,7 @@
 
 #include <gmock/gmock.h>
 
+#include "devices/media/deinterlacer.hpp"
 #include "devices/media/picture.hpp"
 #include "devices/video_fixture.hpp"
 
@@ -280,6 +281,64 @@ TEST_F(VideoFileTest, EightThousandPixelsAreRead) {
   const auto frame = open("a.mkv")->read({});
   ASSERT_EQ(frame->bgr.size(), cv::Size(7680, 4320));
   EXPECT_EQ(frame->bgr.at<cv::Vec3b>(4319, 7679), cv::Vec3b(200, 200, 200));
+}
+
+// A square that moves by eight pixels a frame, its odd lines filmed half a frame later.
+void paint_square_of_two_moments(AVFrame& frame, int index) {
+  for (int plane = 0; plane < 3; ++plane) test::fill_plane(frame, plane, plane == 0 ? 60 : 128);
+  for (int y = 24; y < 72; ++y) {
+    const int left = 10 + 8 * index + (y % 2 == 0 ? 0 : 4);
+    std::fill_n(frame.data[0] + std::ptrdiff_t{y} * frame.linesize[0] + left, 30, std::uint8_t{200});
+  }
+}
+
+TEST_F(VideoFileTest, AnInterlacedFilmIsDeinterlacedThoughItDoesNotSaySo) {
+  for (const std::size_t length : {1u, 2u, 9u}) {
+    VideoRecipe recipe;
+    recipe.pixel_format = AV_PIX_FMT_YUV420P;
+    recipe.width = 128;
+    recipe.height = 96;
+    recipe.times.clear();
+    for (std::size_t k = 0; k < length; ++k) recipe.times.push_back(std::int64_t(40 * k + (k > 3 ? 7 : 0)));
+    recipe.paint = paint_square_of_two_moments;
+    make_video(folder_ / "a.mkv", recipe);
+    const auto frames = all_frames(*open("a.mkv"));
+    ASSERT_EQ(frames.size(), length);
+    for (std::size_t k = 0; k < length; ++k) {
+      EXPECT_EQ(frames[k]->device_time, std::chrono::milliseconds(recipe.times[k]));
+      EXPECT_EQ(frames[k]->sequence, k);
+      // Where the square is in either field alone: four pixels at each side of it.
+      int combs = 0;
+      for (int y = 26; y < 70; ++y) {
+        const auto green = [&](int line, int x) { return int(frames[k]->bgr.at<cv::Vec3b>(line, x)[1]); };
+        for (const int x : {int(11 + 8 * k), int(42 + 8 * k)}) combs += std::abs(green(y, x) - green(y + 1, x)) > 40;
+      }
+      if (length > 2) EXPECT_LE(combs, 4) << k << " of " << length;
+    }
+  }
+}
+
+TEST(IsInterlaced, AFrameThatSaysSoOrHasCombsAndNoNoiseOrStripes) {
+  const auto frame_of = [](auto&& value) {
+    Libav<AVFrame> frame(av_frame_alloc());
+    frame->format = AV_PIX_FMT_YUV420P;
+    frame->width = 128;
+    frame->height = 96;
+    EXPECT_GE(av_frame_get_buffer(frame.get(), 0), 0);
+    for (int y = 0; y < 96; ++y) {
+      for (int x = 0; x < 128; ++x) frame->data[0][y * frame->linesize[0] + x] = std::uint8_t(value(x, y));
+    }
+    return frame;
+  };
+  const auto plain = frame_of([](int, int) { return 100; });
+  EXPECT_FALSE(is_interlaced(*plain));
+  plain->interlaced_frame = 1;
+  EXPECT_TRUE(is_interlaced(*plain));
+  cv::RNG random(1);
+  EXPECT_FALSE(is_interlaced(*frame_of([&](int, int) { return random.uniform(0, 256); })));
+  EXPECT_FALSE(is_interlaced(*frame_of([](int, int y) { return y / 8 % 2 * 200; }))) << "broad stripes";
+  EXPECT_FALSE(is_interlaced(*frame_of([](int x, int y) { return (x + y) % 2 * 200; }))) << "a fine pattern";
+  EXPECT_TRUE(is_interlaced(*frame_of([](int x, int y) { return x > 30 + y % 2 * 3 ? 200 : 50; })));
 }
 
 }  // namespace
