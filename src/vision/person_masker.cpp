@@ -73,7 +73,11 @@ BackgroundEstimate background_behind_people(std::span<const cv::Mat> pictures, s
   const auto size = pictures.front().size();
   std::vector<cv::Mat> covered;
   for (const auto& person : people) covered.push_back(possible(person, size));
-  for (const auto k : lost(people)) covered[k].setTo(255);
+  const auto lost_ones = lost(people);
+  for (const auto k : lost_ones) covered[k].setTo(255);
+  const auto nobody =
+      std::size_t(std::ranges::count_if(people, [](const auto& person) { return person.likely.empty(); }));
+  const bool was_empty = nobody > lost_ones.size();
   const auto middle = pictures.size() / 2;
   std::vector<cv::Mat> alike;
   for (std::size_t k = 0; k < pictures.size(); ++k) {
@@ -92,8 +96,8 @@ BackgroundEstimate background_behind_people(std::span<const cv::Mat> pictures, s
         for (std::size_t k = 0; k < alike.size(); ++k) {
           if (covered[k].at<std::uint8_t>(y, x) == 0) free.push_back(k);
         }
-        // A silhouette that lacks a sleeve now and then is no look at the wall.
-        if (free.size() <= alike.size() / 20) {
+        // A silhouette that lacks a sleeve now and then is no look at the wall; a room with nobody in it is one.
+        if (!was_empty && free.size() <= alike.size() / 20) {
           never_seen.at<std::uint8_t>(y, x) = 255;
           free.resize(alike.size());
           std::iota(free.begin(), free.end(), std::size_t{0});

@@ -253,6 +253,19 @@ TEST(BackgroundBehindPeople, APictureInWhichTheNetworkLostSomebodyTellsNothing) 
   EXPECT_EQ(cv::countNonZero(left.never_seen), 0) << "the room is empty in three in a row";
 }
 
+TEST(BackgroundBehindPeople, ARoomThatWasEmptyForAMomentWasSeenHoweverLongSomebodyStandsThereAfterwards) {
+  std::vector<cv::Mat> pictures(60, with(room(), kBody, kRed));
+  std::vector<PersonEvidence> people(60, likely_at(kBody, 1));
+  for (std::size_t k = 0; k < 3; ++k) {
+    pictures[k] = room();
+    people[k] = {};
+  }
+  const auto estimate = background_behind_people(pictures, people);
+  EXPECT_EQ(cv::countNonZero(estimate.never_seen), 0);
+  EXPECT_TRUE(test::same_pixels(estimate.plate, room()));
+  EXPECT_FALSE(estimate.uncertain());
+}
+
 TEST(BackgroundBehindPeople, KnowsWhatItNeverSaw) {
   const std::vector<cv::Mat> pictures(4, with(room(), kBody, kRed));
   const std::vector<PersonEvidence> people(4, likely_at(kBody, 1));
