@@ -6,9 +6,19 @@
 
 namespace choreo::devices {
 
-/// Whether a frame's even and odd lines are of two moments: it says so, or its moving edges are combs, one line wide
-/// and five lines high at least. Untagged frames are looked at where their first plane has 8 bits.
-[[nodiscard]] bool is_interlaced(const AVFrame& frame);
+/// Finds out whether even and odd lines are of two moments.
+///
+/// A frame says so, or what changed in it since the frame before has edges like combs, of lines one by one, five lines
+/// high at least. Frames that say nothing are looked at where their first plane has 8 bits.
+/// @thread thread-bound
+class Interlacing {
+ public:
+  /// @param frame  each in turn, of any size and format; kept until the next one comes.
+  [[nodiscard]] bool is_seen_in(const AVFrame& frame);
+
+ private:
+  Libav<AVFrame> last_;
+};
 
 /// FFmpeg's bwdif: one frame out for one in, one frame later. What stands still keeps all its lines.
 /// @thread thread-bound
@@ -23,6 +33,7 @@ class Deinterlacer {
   void push(AVFrame& frame);
   void end();
   /// Fills `frame` with the next one. False where there is none yet, or no more behind `end`.
+  /// @throws Error (failure) where FFmpeg fails.
   [[nodiscard]] bool pull(AVFrame& frame);
   [[nodiscard]] bool ended() const { return ended_; }
 

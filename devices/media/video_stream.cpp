@@ -178,17 +178,27 @@ VideoStream::Outcome VideoStream::next(AVFrame& frame, std::stop_token stop) {
   watch_.begin(std::move(stop));
   for (;;) {
     if (deinterlacer_ && deinterlacer_->pull(frame)) return Outcome::kFrame;
-    if (deinterlacer_ && deinterlacer_->ended()) return Outcome::kEnd;
-    const auto outcome = decode(frame);
-    if (outcome == Outcome::kStopped) return outcome;
-    if (outcome == Outcome::kEnd) {
-      if (!deinterlacer_) return outcome;
+    if (deinterlacer_ && deinterlacer_->ended()) {
+      deinterlacer_.reset();
+      if (!waiting_) return Outcome::kEnd;
+      av_frame_move_ref(&frame, waiting_.get());
+      waiting_.reset();
+    } else if (const auto outcome = decode(frame); outcome == Outcome::kEnd && deinterlacer_) {
       deinterlacer_->end();
       continue;
+    } else if (outcome != Outcome::kFrame) {
+      return outcome;
     }
-    if (!deinterlacer_ && is_interlaced(frame)) deinterlacer_.emplace(frame, stream_->time_base);
-    // A recording whose pictures change is refused by who reads it.
-    if (!deinterlacer_ || !deinterlacer_->fits(frame)) return outcome;
+    // Of another size or format: those before it come first.
+    if (deinterlacer_ && !deinterlacer_->fits(frame)) {
+      deinterlacer_->end();
+      waiting_.reset(av_frame_alloc());
+      if (!waiting_) throw std::bad_alloc();
+      av_frame_move_ref(waiting_.get(), &frame);
+      continue;
+    }
+    if (!deinterlacer_ && interlacing_.is_seen_in(frame)) deinterlacer_.emplace(frame, stream_->time_base);
+    if (!deinterlacer_) return Outcome::kFrame;
     deinterlacer_->push(frame);
   }
 }

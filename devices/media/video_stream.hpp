@@ -89,7 +89,9 @@ class VideoStream {
   Libav<AVCodecContext> decoder_;
   Libav<AVPacket> packet_;
   Ffv1Check ffv1_check_;
+  Interlacing interlacing_;
   std::optional<Deinterlacer> deinterlacer_;
+  Libav<AVFrame> waiting_;  // For those in the deinterlacer.
   bool draining_ = false;
   int errors_in_a_row_ = 0;
   int read_error_ = 0;

@@ -72,7 +72,7 @@ std::vector<std::string> warnings_of(const Summary& s, const config::Options& se
       const auto box = cv::boundingRect(unrest.area());
       const double width = unrest.area().cols, height = unrest.area().rows;
       warnings.push_back(fmt::format(
-          "{:.0f} % of the picture moves in place, as leaves, water or a screen do, and counts where its colours are "
+          "{:.0f} % of the picture moves in place, as leaves in the wind do, and counts where its colours are "
           "new; mask.ignore = [[{:.2f}, {:.2f}, {:.2f}, {:.2f}]] leaves it out",
           100 * unrest.share(), box.x / width, box.y / height, box.br().x / width, box.br().y / height));
     }

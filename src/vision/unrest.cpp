@@ -39,7 +39,8 @@ cv::Mat changes_by_chance(const cv::Mat& changes, const cv::Mat& differing, int 
   const cv::Mat half = d.mul(n - d) / n;
   cv::Mat changed;
   changes.convertTo(changed, CV_32F);
-  return (changed >= half) & (differing > 0);
+  constexpr int kLeast = 3;  // Who comes and goes once makes two.
+  return (changed >= half) & (changes >= kLeast);
 }
 
 // Where a third of the pixels about are set: the edges of what passes are thin, and leaves are everywhere.
