@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a look of the person network takes, beside OpenCV's dnn and the processor's multiplications and additions.
+// What a look of the person network takes on one core, beside OpenCV's dnn and the processor's multiplications and
+// additions.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -43,7 +44,7 @@ double operations_of(const vision::NetworkGraph& graph) {
   return sum;
 }
 
-// Whole time, since a look may take several threads; the pieces take turns, and the median counts.
+// The pieces take turns, and the median counts.
 std::vector<double> medians(int repetitions, const std::vector<std::function<void()>>& work) {
   std::vector<std::vector<double>> times(work.size());
   for (int turn = -1; turn < repetitions; ++turn) {
@@ -66,51 +67,42 @@ std::string in_ms(double seconds) { return fmt::format("{:.1f} ms", 1e3 * second
 
 void add(const char* name, const char* file, bool has_peer, const Settings& settings, Report& report) {
   const auto graph = graph_of(file);
-  vision::Network one(graph, 1);
-  vision::Network two(graph, 2);
-  const auto& shape = one.input_shape();
+  vision::Network network(graph);
+  const auto& shape = network.input_shape();
   const int sizes[] = {1, shape[3], shape[1], shape[2]};
   cv::Mat picture(4, sizes, CV_32F);
   cv::RNG(1).fill(picture, cv::RNG::UNIFORM, 0, 1);
   for (std::size_t c = 0; c < 3; ++c) {
-    for (std::size_t p = 0; p < one.input().size() / 3; ++p) {
-      const float value = picture.ptr<float>()[c * (one.input().size() / 3) + p];
-      one.input()[3 * p + c] = two.input()[3 * p + c] = value;
+    for (std::size_t p = 0; p < network.input().size() / 3; ++p) {
+      network.input()[3 * p + c] = picture.ptr<float>()[c * (network.input().size() / 3) + p];
     }
   }
-  std::vector<std::function<void()>> work = {[&] { one.run(); }, [&] { two.run(); }};
+  std::vector<std::function<void()>> work = {[&] { network.run(); }};
   std::optional<PeerNetwork> peer;
   std::vector<cv::Mat> given;
   if (has_peer) {
     peer.emplace(graph);
-    for (const int threads : {1, 2}) {
-      work.push_back([&, threads] {
-        cv::setNumThreads(threads);
-        peer->net.setInput(picture);
-        peer->net.forward(given, peer->outputs);
-        cv::setNumThreads(0);
-      });
-    }
+    work.emplace_back([&] {
+      cv::setNumThreads(1);
+      peer->net.setInput(picture);
+      peer->net.forward(given, peer->outputs);
+      cv::setNumThreads(0);
+    });
   }
   const auto times = medians(settings.smoke ? 1 : settings.quick ? 15 : 60, work);
   const double limit = operations_of(graph) / multiply_add_rate();
-  for (std::size_t threads = 1; threads <= 2; ++threads) {
-    const double ours = times[threads - 1];
-    const double theirs = has_peer ? times[threads + 1] : 0;
-    const double at_most = limit / double(threads);
-    report.lines.push_back({fmt::format("{}, {} thread{}", name, threads, threads == 1 ? "" : "s"),
-                            has_peer ? in_ms(theirs) : "", in_ms(ours), in_ms(at_most),
-                            has_peer ? fmt::format("{:.1f} x", theirs / ours) : "",
-                            fmt::format("{:.0f} %", 100 * at_most / ours)});
-    const auto key = fmt::format("people_{}_{}", name, threads);
-    report.figures[key + "_ms"] = 1e3 * ours;
-    if (has_peer) report.figures[key + "_vs_opencv"] = theirs / ours;
-  }
+  const double ours = times[0];
+  const double theirs = has_peer ? times[1] : 0;
+  report.lines.push_back({name, has_peer ? in_ms(theirs) : "", in_ms(ours), in_ms(limit),
+                          has_peer ? fmt::format("{:.1f} x", theirs / ours) : "",
+                          fmt::format("{:.0f} %", 100 * limit / ours)});
+  report.figures[fmt::format("people_{}_ms", name)] = 1e3 * ours;
   if (!has_peer) return;
+  report.figures[fmt::format("people_{}_vs_opencv", name)] = theirs / ours;
   // Of the joints, the first output; both read the same file.
   double apart = 0;
-  for (std::size_t k = 0; k < one.output(0).size(); ++k) {
-    apart = std::max(apart, std::abs(double(one.output(0)[k]) - double(given[0].ptr<float>()[k])));
+  for (std::size_t k = 0; k < network.output(0).size(); ++k) {
+    apart = std::max(apart, std::abs(double(network.output(0)[k]) - double(given[0].ptr<float>()[k])));
   }
   report.lines.push_back(
       {fmt::format("{}, largest difference of a joint's numbers", name), "", fmt::format("{:.2g}", apart), "", "", ""});
@@ -120,13 +112,13 @@ void add(const char* name, const char* file, bool has_peer, const Settings& sett
 
 void people(const Settings& settings, Report& report) {
   for (const bool quick : {true, false}) {
-    const auto missing = pipeline::missing_person_models({"", quick, 1});
+    const auto missing = pipeline::missing_person_models({"", quick});
     if (missing.empty()) continue;
     report.notes.push_back("nothing was measured: there is no " + missing);
     return;
   }
   report.notes.emplace_back("peer: OpenCV's dnn with the same weights; limit: the convolutions' multiplications and");
-  report.notes.emplace_back("additions at the rate of a loop that does nothing else, in registers, on so many cores");
+  report.notes.emplace_back("additions at the rate of a loop that does nothing else, in registers");
   add("lite", "pose_landmark_lite.tflite", true, settings, report);
   add("full", "pose_landmark_full.tflite", true, settings, report);
   add("detector", "pose_detection.tflite", false, settings, report);

@@ -102,8 +102,7 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
                                                   const std::function<std::unique_ptr<devices::Source>()>& reopen,
                                                   const std::function<void(double)>& progress,
                                                   const std::stop_token& stop, vision::Segmentation segmentation,
-                                                  const vision::DepthMargin& margin,
-                                                  const std::function<vision::PersonEvidence(const cv::Mat&)>& people) {
+                                                  const vision::DepthMargin& margin, const PeopleInPictures& people) {
   LearnedBackground learned;
   const auto frame_size = source->info().size;
   const auto size = working_size(frame_size, working_rows);
@@ -169,10 +168,8 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
   if (segmentation == vision::Segmentation::kPerson || segmentation == vision::Segmentation::kAuto) {
     const std::size_t most = whole ? 60 : 20;  // What no sixtieth of a clip shows is as good as unseen.
     const auto count = std::min(pictures.size(), most);
-    for (std::size_t k = 0; k < count && !stop.stop_requested(); ++k) {
-      looked.push_back(pictures[k * pictures.size() / count]);
-      evidence.push_back(people(looked.back()));
-    }
+    for (std::size_t k = 0; k < count; ++k) looked.push_back(pictures[k * pictures.size() / count]);
+    evidence = people(looked);
     if (stop.stop_requested()) return std::nullopt;
     const auto seen =
         std::size_t(std::ranges::count_if(evidence, [](const auto& person) { return !person.likely.empty(); }));

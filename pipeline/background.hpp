@@ -6,9 +6,11 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/time.hpp"
 #include "devices/source.hpp"
@@ -39,6 +41,8 @@ struct LearnedBackground {
   std::unique_ptr<devices::Source> source;
 };
 
+using PeopleInPictures = std::function<std::vector<vision::PersonEvidence>(std::span<const cv::Mat>)>;
+
 /// Learns the background of `source`.
 /// @param plate  CV_8UC3 of the source's size, for Kind::kPlate.
 /// @param reopen  opens the same source again; used where the source is repeatable. From one that is not, the frames
@@ -47,8 +51,8 @@ struct LearnedBackground {
 /// @param segmentation  what is to be learned: colour, depth or both, from the same frames. A plate tells nothing of
 ///   depth: that is learned as by `auto`. Segmentation::kAuto learns what is behind people where it sees any.
 /// @param margin  of the depth background.
-/// @param people  where somebody is in a picture, asked for in order of time; needed for Segmentation::kPerson and
-/// kAuto.
+/// @param people  where somebody is in each of some pictures, in order of time; needed for Segmentation::kPerson and
+///   kAuto.
 /// @return nothing where `stop` was requested.
 /// @throws Error (usage) where there is no frame, the plate is of another size than the frames, or depth is asked for
 ///   and the frames have none.
@@ -56,6 +60,6 @@ struct LearnedBackground {
     std::unique_ptr<devices::Source> source, const BackgroundSpec& spec, const cv::Mat& plate, int working_rows,
     const std::function<std::unique_ptr<devices::Source>()>& reopen, const std::function<void(double)>& progress,
     const std::stop_token& stop, vision::Segmentation segmentation = vision::Segmentation::kColour,
-    const vision::DepthMargin& margin = {}, const std::function<vision::PersonEvidence(const cv::Mat&)>& people = {});
+    const vision::DepthMargin& margin = {}, const PeopleInPictures& people = {});
 
 }  // namespace choreo::pipeline

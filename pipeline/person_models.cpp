@@ -26,11 +26,11 @@ std::vector<const char*> needed(const PersonModelOptions& options) {
 }
 
 template <typename Network>
-Network load(const fs::path& path, int threads) {
+Network load(const fs::path& path) {
   constexpr std::size_t kMost = std::size_t{64} << 20U;  // The largest of MediaPipe's has 28 MB.
   const auto bytes = bytes_of_model(path.string(), kMost, "a network", kPersonModelsRemedy);
   try {
-    return Network({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, threads);
+    return Network({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
   } catch (const Error& error) {
     if (error.fault() != Fault::kUsage) throw;
     throw usage_error(fmt::format("\"{}\": {}", path.string(), error.what()), {}, error.hint());
@@ -58,8 +58,8 @@ std::string missing_person_models(const PersonModelOptions& options) {
 
 vision::PersonSearch load_person_search(const PersonModelOptions& options) {
   const auto files = needed(options);
-  auto network = load<vision::PersonNetwork>(folder_of(options) / files[0], options.threads);
-  return {std::move(network), load<vision::PersonDetector>(folder_of(options) / files[1], options.threads)};
+  auto network = load<vision::PersonNetwork>(folder_of(options) / files[0]);
+  return {std::move(network), load<vision::PersonDetector>(folder_of(options) / files[1])};
 }
 
 }  // namespace choreo::pipeline

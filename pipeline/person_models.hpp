@@ -27,7 +27,6 @@ inline constexpr const char* kPersonModelsRemedy =
 struct PersonModelOptions {
   std::string folder;  ///< Empty: the usual one.
   bool quick = false;  ///< The lite network instead of the full one.
-  int threads = 1;     ///< That share a look.
 };
 
 /// The files that are missing; empty: none.

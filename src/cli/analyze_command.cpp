@@ -128,7 +128,7 @@ int analyze(const AnalyzeOptions& options, Session& session) {
     chain.emplace(settings, options.signals.reads(), nullptr);
   }
   std::optional<vision::PersonSearch> people;
-  if (save_joints || prepared.looks_for_people()) people.emplace(load_people(settings, kLookingThreads));
+  if (save_joints || prepared.looks_for_people()) people.emplace(load_people(settings));
   SignalTally tally;
   const bool arms = chain && prepared.has_colour();
   if (chain && !arms) tally.no_colour();

@@ -6,18 +6,41 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
+#include "pipeline/person_evidence.hpp"
 #include "pipeline/person_models.hpp"
 
 namespace choreo::cli {
 
-vision::PersonSearch load_people(const config::Options& settings, int threads) {
-  return pipeline::load_person_search({settings.person.models, settings.person.network == "lite", threads});
+vision::PersonSearch load_people(const config::Options& settings) {
+  return pipeline::load_person_search({settings.person.models, settings.person.network == "lite"});
 }
 
 bool lacks_people(const config::Options& settings) {
   return settings.person.models.empty() &&
-         !pipeline::missing_person_models({{}, settings.person.network == "lite", 1}).empty();
+         !pipeline::missing_person_models({{}, settings.person.network == "lite"}).empty();
+}
+
+std::vector<vision::PersonEvidence> people_in(std::span<const cv::Mat> pictures, vision::PersonSearch& first,
+                                              const config::Options& settings, const std::stop_token& stop) {
+  // Each begins anew, so that it is the same with any number of threads, and loads its own networks: a tenth of a
+  // second.
+  constexpr std::size_t kOfAStretch = 15;
+  const auto stretches = (pictures.size() + kOfAStretch - 1) / kOfAStretch;
+  std::vector<vision::PersonEvidence> out(pictures.size());
+  tbb::parallel_for(std::size_t{0}, stretches, [&](std::size_t k) {
+    const auto end = (k + 1) * pictures.size() / stretches;
+    std::optional<vision::PersonSearch> own;
+    auto& search = k == 0 ? first : own.emplace(load_people(settings));
+    vision::PersonTrack track;
+    for (auto i = k * pictures.size() / stretches; i < end && !stop.stop_requested(); ++i) {
+      const auto look = search.search(pictures[i], track.next());
+      track.update(look);
+      if (look) out[i] = pipeline::evidence_of(*look, pictures[i].size());
+    }
+  });
+  return out;
 }
 
 std::unique_ptr<pipeline::PersonStage> person_stage(vision::PersonSearch search, const config::Options& settings,
@@ -39,7 +62,7 @@ std::unique_ptr<pipeline::PersonStage> person_stage_beside(const config::Options
   options.first_at_once = true;  // Nothing was shown yet.
   options.waits = on_late == nullptr;
   options.on_late = std::move(on_late);
-  return std::make_unique<pipeline::PersonStage>(load_people(settings, 1), std::move(options));
+  return std::make_unique<pipeline::PersonStage>(load_people(settings), std::move(options));
 }
 
 void JointsRecord::process(pipeline::Observation& o) {

@@ -7,23 +7,34 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
+#include <stop_token>
 #include <string>
+#include <vector>
 
 #include "config/options.hpp"
 #include "core/time.hpp"
 #include "outputs/joints_csv.hpp"
 #include "pipeline/stage.hpp"
 #include "pipeline/stages/person_stage.hpp"
+#include "vision/person_masker.hpp"
 
 namespace choreo::cli {
 
-inline constexpr int kLookingThreads = 2;  ///< Of recordings, whose frames wait.
-
 /// The network that the settings name. @throws Error (usage) where a file is missing or cannot be used.
-[[nodiscard]] vision::PersonSearch load_people(const config::Options& settings, int threads);
+[[nodiscard]] vision::PersonSearch load_people(const config::Options& settings);
 
 /// Whether the files of the usual folder are missing. A folder that was chosen has to have them.
 [[nodiscard]] bool lacks_people(const config::Options& settings);
+
+/// Where somebody is in pictures of one scene, in order of time; several are looked at at once.
+/// @param first  load_people's; others are loaded where they are needed.
+/// @return one a picture, in their order; whatever where `stop` was requested.
+/// @throws Error (usage) as load_people.
+[[nodiscard]] std::vector<vision::PersonEvidence> people_in(std::span<const cv::Mat> pictures,
+                                                            vision::PersonSearch& first,
+                                                            const config::Options& settings,
+                                                            const std::stop_token& stop);
 
 /// The stage of a recording, whose frames wait for looks.
 /// @param masks  masks are made of people: who is there is looked at in every frame.

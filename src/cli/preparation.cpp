@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <deque>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,7 +17,6 @@
 #include "cli/memory.hpp"
 #include "cli/people.hpp"
 #include "cli/plate.hpp"
-#include "pipeline/person_evidence.hpp"
 #include "pipeline/working_size.hpp"
 #include "vision/colourless.hpp"
 
@@ -142,13 +142,8 @@ vision::Segmenter Preparation::learn() {
   require_memory();
   const auto start = clock_.now();
   std::optional<vision::PersonSearch> search;
-  vision::PersonTrack track;
-  if (looks_for_people()) search.emplace(load_people(settings_, kLookingThreads));
-  const auto people = [&](const cv::Mat& picture) -> vision::PersonEvidence {
-    const auto look = search->search(picture, track.next());
-    track.update(look);
-    return look ? pipeline::evidence_of(*look, picture.size()) : vision::PersonEvidence{};
-  };
+  if (looks_for_people()) search.emplace(load_people(settings_));
+  const auto people = [&](std::span<const cv::Mat> pictures) { return people_in(pictures, *search, settings_, stop); };
   auto learned = pipeline::learn_background(
       std::move(source), spec_, plate_, settings_.working_rows, [this] { return open(); },
       [&](double share) { session_.console.progress("learning the background", share); }, stop, segmentation_,

@@ -102,7 +102,7 @@ FacesFound faces_live(const devices::synthetic::Performer& performer, double fps
   pipeline::PictureStage picture(performer.settings().size);
   pipeline::PersonStageOptions looks;
   looks.first_at_once = true;
-  pipeline::PersonStage person(pipeline::load_person_search({{}, true, 1}), looks);
+  pipeline::PersonStage person(pipeline::load_person_search({{}, true}), looks);
   pipeline::FaceStage face(std::make_unique<NoFaces>(), {});
   FacesFound found;
   for (int k = 0; k < performer.frame_count(); ++k) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The person network that users have, on the synthetic performer; skipped where script/run could not bring it.
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <string>
@@ -27,13 +28,15 @@ namespace {
 using devices::synthetic::Performer;
 using devices::synthetic::PerformerSettings;
 
-constexpr int kThreads = 2;
+std::ptrdiff_t threads() {
+  return std::distance(std::filesystem::directory_iterator("/proc/self/task"), std::filesystem::directory_iterator());
+}
 
 class PersonRecall : public ::testing::TestWithParam<bool> {};
 
 // Every operation as its definition has it, in double precision: the whole network, once.
 TEST(PersonNetworkAsDelivered, IsComputedAsItsOperationsAreDefined) {
-  const auto missing = missing_person_models({"", true, kThreads});
+  const auto missing = missing_person_models({"", true});
   if (!missing.empty()) GTEST_SKIP() << "there is no " << missing << ": script/run brings it";
   const auto bytes = bytes_of_model(usual_models_folder() + "/" + kPersonModels[1].file, 1U << 26U, "a network", "");
   const auto graph = vision::read_tflite({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
@@ -41,18 +44,14 @@ TEST(PersonNetworkAsDelivered, IsComputedAsItsOperationsAreDefined) {
   settings.size = {256, 256};
   settings.empty = 0;
   const auto picture = Performer("dancing", settings).perform(40).bgr;
-  vision::Network network(graph, kThreads);
+  const auto threads_before = threads();
+  vision::Network network(graph);
   const auto input = network.input();
   for (std::size_t k = 0; k < input.size(); ++k) {
     input[k] = float(picture.ptr<std::uint8_t>()[3 * (k / 3) + 2 - k % 3]) / 255;
   }
   network.run();
-  vision::Network alone(graph, 1);
-  std::ranges::copy(input, alone.input().begin());
-  alone.run();
-  for (std::size_t k = 0; k < network.outputs(); ++k) {
-    EXPECT_TRUE(std::ranges::equal(network.output(k), alone.output(k))) << "one thread or two, to the last bit";
-  }
+  EXPECT_EQ(threads(), threads_before) << "threads of OpenMP stand still for each other on a busy machine";
   const auto defined = test::evaluate(graph, input);
   ASSERT_EQ(network.outputs(), defined.size());
   for (std::size_t k = 0; k < defined.size(); ++k) {
@@ -66,7 +65,7 @@ TEST(PersonNetworkAsDelivered, IsComputedAsItsOperationsAreDefined) {
 }
 
 TEST_P(PersonRecall, TheSilhouetteIsThePerformersAndNobodyIsInTheEmptyRoom) {
-  const PersonModelOptions options{"", GetParam(), kThreads};
+  const PersonModelOptions options{"", GetParam()};
   const auto missing = missing_person_models(options);
   if (!missing.empty()) GTEST_SKIP() << "there is no " << missing << ": script/run brings it";
   auto search = load_person_search(options);
@@ -103,7 +102,7 @@ TEST_P(PersonRecall, TheSilhouetteIsThePerformersAndNobodyIsInTheEmptyRoom) {
 
 // Somebody's silhouettes against outlines that were drawn by hand before any mask was looked at (tests/data/outlines).
 TEST_P(PersonRecall, TheSilhouettesOfPeopleMeetOutlinesByHand) {
-  const PersonModelOptions options{"", GetParam(), kThreads};
+  const PersonModelOptions options{"", GetParam()};
   const auto missing = missing_person_models(options);
   if (!missing.empty()) GTEST_SKIP() << "there is no " << missing << ": script/run brings it";
   auto search = load_person_search(options);

@@ -57,13 +57,15 @@ dnnl::primitive_attr with_limits(const NetworkNode& node) {
   return attributes;
 }
 
-// Threads of OpenMP while it lives; the setting is the calling thread's own.
-class Threads {
+// OpenMP takes the caller's thread alone while this lives; the setting is that thread's own. Several would wait for
+// each other after every operation, by turning round: beside another program on the same cores each wait can take a
+// time slice, and a look a hundred times as long.
+class OneThread {
  public:
-  explicit Threads(int count) : before_(omp_get_max_threads()) { omp_set_num_threads(count); }
-  ~Threads() { omp_set_num_threads(before_); }
-  Threads(const Threads&) = delete;
-  Threads& operator=(const Threads&) = delete;
+  OneThread() : before_(omp_get_max_threads()) { omp_set_num_threads(1); }
+  ~OneThread() { omp_set_num_threads(before_); }
+  OneThread(const OneThread&) = delete;
+  OneThread& operator=(const OneThread&) = delete;
 
  private:
   int before_;
@@ -73,9 +75,8 @@ class Threads {
 
 class Network::Impl {
  public:
-  Impl(const NetworkGraph& graph, int threads)
-      : graph_(graph), threads_(threads), engine_(dnnl::engine::kind::cpu, 0), stream_(engine_) {
-    const Threads limit(threads_);
+  explicit Impl(const NetworkGraph& graph) : graph_(graph), engine_(dnnl::engine::kind::cpu, 0), stream_(engine_) {
+    const OneThread limit;
     const auto& input = tensor(graph.input);
     input_shape_ = input.shape;
     input_.resize(input.count());
@@ -97,7 +98,7 @@ class Network::Impl {
   }
 
   void run() {
-    const Threads limit(threads_);
+    const OneThread limit;
     for (auto& step : steps_) step.primitive.execute(stream_, step.arguments);
     stream_.wait();
   }
@@ -249,7 +250,6 @@ class Network::Impl {
   static memory::dims lower_right(const NetworkNode& node) { return {node.margin.bottom, node.margin.right}; }
 
   NetworkGraph graph_;  // While it is translated.
-  int threads_;
   dnnl::engine engine_;
   dnnl::stream stream_;
   std::map<int, memory> places_;  // Of the tensors that are known so far.
@@ -257,7 +257,7 @@ class Network::Impl {
   std::vector<Step> steps_;
 };
 
-Network::Network(const NetworkGraph& graph, int threads) try : impl_(std::make_unique<Impl>(graph, threads)) {
+Network::Network(const NetworkGraph& graph) try : impl_(std::make_unique<Impl>(graph)) {
 } catch (const dnnl::error& error) {
   throw failure(fmt::format("the network cannot be prepared: {}", error.what()));
 }

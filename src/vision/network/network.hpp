@@ -11,13 +11,12 @@
 
 namespace choreo::vision {
 
-/// A network that is ready to run. oneDNN computes.
+/// A network that is ready to run. oneDNN computes, on the caller's thread alone.
 /// @thread thread-bound; several may run in threads of their own.
 class Network {
  public:
-  /// @param threads  that share a run, the caller's among them; how many makes no difference to what comes out.
   /// @throws Error (failure) where memory is short.
-  explicit Network(const NetworkGraph& graph, int threads = 1);
+  explicit Network(const NetworkGraph& graph);
   ~Network();
   Network(Network&&) noexcept;
   Network& operator=(Network&&) noexcept;

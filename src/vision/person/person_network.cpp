@@ -103,7 +103,7 @@ PersonRegion region_of(cv::Point2d hips, cv::Point2d reach) {
   return {hips, std::max(1.0, 2 * kMore * std::hypot(up.x, up.y)), std::atan2(up.x, -up.y)};
 }
 
-PersonNetwork::PersonNetwork(std::span<const std::uint8_t> model, int threads) : network_(read_tflite(model), threads) {
+PersonNetwork::PersonNetwork(std::span<const std::uint8_t> model) : network_(read_tflite(model)) {
   constexpr int kSize = 256;
   require_input(network_, kSize);
   points_ = output_of(network_, {1, int(kAllPoints * kNumbersOfPoint)}, "joints");
@@ -152,8 +152,7 @@ PersonLook PersonNetwork::look(const cv::Mat& picture, const PersonRegion& regio
   return look;
 }
 
-PersonDetector::PersonDetector(std::span<const std::uint8_t> model, int threads)
-    : network_(read_tflite(model), threads) {
+PersonDetector::PersonDetector(std::span<const std::uint8_t> model) : network_(read_tflite(model)) {
   constexpr int kSize = 224;
   require_input(network_, kSize);
   // Two anchors in the middle of each cell of 8 and 16 pixels, six in that of each of 32.

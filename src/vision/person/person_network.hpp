@@ -18,9 +18,8 @@ namespace choreo::vision {
 class PersonNetwork {
  public:
   /// @param model  pose_landmark_lite.tflite or pose_landmark_full.tflite.
-  /// @param threads  that share a look.
   /// @throws Error (usage) where it is neither.
-  explicit PersonNetwork(std::span<const std::uint8_t> model, int threads = 1);
+  explicit PersonNetwork(std::span<const std::uint8_t> model);
 
   /// @param picture  CV_8UC3, not empty.
   /// @param region  with a side of at least a pixel (asserted); it may reach out of the picture, where all is black.
@@ -44,7 +43,7 @@ struct DetectedPerson {
 class PersonDetector {
  public:
   /// @param model  pose_detection.tflite.  @throws Error (usage) where it is another.
-  explicit PersonDetector(std::span<const std::uint8_t> model, int threads = 1);
+  explicit PersonDetector(std::span<const std::uint8_t> model);
 
   /// @param picture  CV_8UC3, not empty.
   /// @return everybody, the surest first.
