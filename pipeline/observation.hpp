@@ -54,7 +54,7 @@ struct Observation {
   // From MaskStage.
   vision::MaskResult mask;  ///< At the working resolution.
 
-  // From FaceStage, of the picture that was searched a few frames before.
+  // From FaceStage, where it is by now.
   std::optional<vision::TrackedFace> face;  ///< The performer's, in pixels of `picture`.
   int faces = 0;  ///< In sight, the performer's among them; not those that are known to hang on the wall.
 

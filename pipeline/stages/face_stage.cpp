@@ -84,7 +84,7 @@ void FaceStage::ask(const Observation& observation, cv::Size size, const vision:
 
 // Takes the face from where it was expected to where its picture is found again.
 void FaceStage::follow(vision::TrackedFace& face, cv::Size size, const Search* search, const Observation& observation) {
-  if (search != nullptr && search->sighting.time_s + face.unseen_s == to_seconds(observation.time)) {
+  if (search != nullptr && to_seconds(observation.time) - search->sighting.time_s == face.unseen_s) {
     const auto apart = [&](const vision::Face& other) {
       return cv::norm((other.box.tl() + other.box.br()) / 2 - face.centre) + std::abs(other.box.width - face.width);
     };
@@ -93,7 +93,6 @@ void FaceStage::follow(vision::TrackedFace& face, cv::Size size, const Search* s
         std::min_element(faces.begin(), faces.end(), [&](const auto& a, const auto& b) { return apart(a) < apart(b); });
     if (seen != faces.end()) {
       const auto centre = (seen->box.tl() + seen->box.br()) / 2;
-      if (!pattern_) last_ = centre;
       pattern_.emplace(search->frame->bgr, size, centre, seen->box.width);
     }
   }
@@ -115,7 +114,10 @@ void FaceStage::process(Observation& observation) {
     return;
   }
   auto candidates = tracker_.candidates();
+  const auto chosen = report.face && !candidates.empty() ? candidates.front().id : 0;
+  if (std::exchange(chosen_, chosen) != chosen) pattern_.reset();  // Another's.
   if (report.face) {
+    if (!pattern_) last_ = report.face->centre;
     follow(*report.face, size, search.get(), observation);
     if (!candidates.empty() && candidates.front().chosen) candidates.front().centre = report.face->centre;
     const auto& picture = observation.picture.empty() ? bgr : observation.picture;

@@ -69,6 +69,7 @@ class FaceStage final : public Stage {
   FollowedFace followed_;  // The network's.
   std::int64_t frames_ = 0;
   std::optional<FacePattern> pattern_;            // Of the detector's, as it last found it.
+  std::uint64_t chosen_ = 0;                      // Whose it is; 0: nobody's.
   cv::Point2d last_;                              // Its place at the frame before.
   std::deque<std::shared_ptr<Search>> searches_;  // Asked for, and not due yet.
   SearchBeside beside_;                           // Last: its thread uses what is above.

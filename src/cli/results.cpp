@@ -21,7 +21,22 @@ constexpr const char* kAllFiles[] = {"plot.png",     "triangle.png", "z.npy",   
                                      "frames.csv",   "masks.npy",    "plot.svg",   "triangle.svg", "particles.csv",
                                      "letters.json", "pictures.png", "joints.csv", "summary.json"};
 
-constexpr double kSomeUnrest = 0.01;  // Of the picture.
+constexpr double kSomeOfThePicture = 0.01;
+
+// As mask.ignore has them, of each part.
+std::vector<std::string> zones_of(const cv::Mat& area) {
+  cv::Mat labels, statistics, centroids;
+  const int count = cv::connectedComponentsWithStats(area, labels, statistics, centroids, 8, CV_32S, cv::CCL_SAUF);
+  std::vector<std::string> zones;
+  for (int part = 1; part < count; ++part) {
+    if (statistics.at<int>(part, cv::CC_STAT_AREA) < kSomeOfThePicture / 4 * double(area.total())) continue;
+    const double left = statistics.at<int>(part, cv::CC_STAT_LEFT), top = statistics.at<int>(part, cv::CC_STAT_TOP);
+    zones.push_back(fmt::format("[{:.2f}, {:.2f}, {:.2f}, {:.2f}]", left / area.cols, top / area.rows,
+                                (left + statistics.at<int>(part, cv::CC_STAT_WIDTH)) / area.cols,
+                                (top + statistics.at<int>(part, cv::CC_STAT_HEIGHT)) / area.rows));
+  }
+  return zones;
+}
 
 std::vector<std::string> warnings_of(const Summary& s, const config::Options& settings, const Gathered& gathered) {
   auto warnings = gathered.source_warnings;
@@ -68,13 +83,11 @@ std::vector<std::string> warnings_of(const Summary& s, const config::Options& se
           "a second; if something else moves, see mask.roi and mask.ignore",
           100.0 * s.background.unseen, 100.0 * s.inferred));
     }
-    if (const auto& unrest = s.background.unrest; unrest.share() > kSomeUnrest) {
-      const auto box = cv::boundingRect(unrest.area());
-      const double width = unrest.area().cols, height = unrest.area().rows;
-      warnings.push_back(fmt::format(
-          "{:.0f} % of the picture moves in place, as leaves in the wind do, and counts where its colours are "
-          "new; mask.ignore = [[{:.2f}, {:.2f}, {:.2f}, {:.2f}]] leaves it out",
-          100 * unrest.share(), box.x / width, box.y / height, box.br().x / width, box.br().y / height));
+    if (const auto& dynamic = s.background.dynamic; dynamic.share() > kSomeOfThePicture) {
+      warnings.push_back(
+          fmt::format("{:.0f} % of the picture moves in place, as leaves in the wind do, and is body where its colours "
+                      "are new; mask.ignore = [{}] leaves it out, and whoever passes there",
+                      100 * dynamic.share(), fmt::join(zones_of(dynamic.area()), ", ")));
     }
     if (gathered.cut_bodies > 0) {
       warnings.push_back(fmt::format("the body is cut by the picture's border in {} of {} frames", gathered.cut_bodies,

@@ -165,7 +165,7 @@ BackgroundEstimate judge_plate(const cv::Mat& plate, std::span<const cv::Mat> pi
   estimate.noise = std::sqrt(std::max(0.0, rounded_noise * rounded_noise - kRounding));
 
   const double threshold = threshold_of(estimate.noise);
-  estimate.unrest = Unrest(pictures, lit, threshold);
+  estimate.dynamic = DynamicBackground(pictures, lit, threshold);
   const int speck = std::max(2, static_cast<int>(0.0002 * double(plate.total())));
   std::vector<cv::Mat> masks;
   cv::Mat ever = cv::Mat::zeros(plate.size(), CV_8UC1);

@@ -6,7 +6,7 @@
 
 #include <opencv2/core/mat.hpp>
 
-#include "vision/unrest.hpp"
+#include "vision/dynamic_background.hpp"
 
 namespace choreo::vision {
 
@@ -22,7 +22,7 @@ struct BackgroundEstimate {
   double empty = 0;
   /// CV_8UC1, 255 where somebody stood in every picture, so that the plate is a guess; empty: not known.
   cv::Mat never_seen;
-  Unrest unrest;  ///< Where the room moves in place.
+  DynamicBackground dynamic;  ///< Where the room moves in place.
 
   /// Whether masks made against it may have holes or ghosts.
   [[nodiscard]] bool uncertain() const { return unseen > 0.02; }

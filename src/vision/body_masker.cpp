@@ -114,7 +114,7 @@ BodyMasker::BodyMasker(const BackgroundEstimate& estimate, MaskOptions options) 
   threshold_ = options_.threshold.value_or(std::max(options_.least_threshold, options_.noise_factor * estimate.noise));
   background_ = plate.clone();
   background_.convertTo(running_, CV_32F);
-  unrest_ = estimate.unrest;
+  dynamic_ = estimate.dynamic;
   allowed_ = allowed_area(options_, plate.size());
 }
 
@@ -159,7 +159,7 @@ MaskResult BodyMasker::process(const cv::Mat& picture, double time_s) {
     background_ = lit.clone();  // The lit one is kept beside it.
     background_.convertTo(running_, CV_32F);
   }
-  cv::Mat mask = unrest_.without(difference > threshold_, picture, lit, threshold_);
+  cv::Mat mask = dynamic_.without(difference > threshold_, picture, lit, threshold_);
   if (options_.drop_soft_light) mask = without_soft_light(mask, picture, lit);
   if (options_.half_contrast_edge) mask = edge_at_half_contrast(without_halo(mask, difference), difference);
   mask = annealed(mask, options_.steps);
@@ -171,7 +171,7 @@ MaskResult BodyMasker::process(const cv::Mat& picture, double time_s) {
   const int margin = 2 + picture.rows / 60;
   last_mask_ = dilated(mask, margin);
   // The mean of leaf and sky is neither.
-  if (!unrest_.area().empty()) last_mask_ |= unrest_.area();
+  if (!dynamic_.area().empty()) last_mask_ |= dynamic_.area() & (difference > threshold_);
   last_lit_ = lit;
   follow(picture, lit, dt_s);
   if (options_.absorb_s > 0) absorb(picture, mask, time_s);
@@ -251,7 +251,7 @@ bool BodyMasker::relearn(const cv::Mat& picture, double time_s) {
   background_ = median_plate(learning_);
   background_.convertTo(running_, CV_32F);
   const std::vector<cv::Mat> same(learning_.size(), background_);
-  unrest_ = Unrest(learning_, same, threshold_);
+  dynamic_ = DynamicBackground(learning_, same, threshold_);
   last_mask_ = cv::Mat();
   // Should the scene have changed again meanwhile, the next picture is seen to be another.
   last_lit_ = background_.clone();

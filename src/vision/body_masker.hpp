@@ -67,7 +67,7 @@ class BodyMasker {
   /// @param noise  standard deviation of the sensor's noise in D, grey levels.
   BodyMasker(const cv::Mat& plate, double noise, MaskOptions options);
 
-  /// @param estimate  its plate, noise and unrest are used, and not written to.
+  /// @param estimate  its plate, noise and dynamic are used, and not written to.
   BodyMasker(const BackgroundEstimate& estimate, MaskOptions options);
 
   /// @param picture  CV_8UC3.  @param time_s  seconds, increasing.
@@ -89,7 +89,7 @@ class BodyMasker {
   cv::Mat background_;  // CV_8UC3, the same rounded.
   cv::Mat last_lit_;    // CV_8UC3, in the light of the last picture.
   cv::Mat last_mask_;   // CV_8UC1, the last body and what is near it; not to be learned from.
-  Unrest unrest_;
+  DynamicBackground dynamic_;
   cv::Mat allowed_;  // CV_8UC1, where a body may be; empty: everywhere.
   std::optional<double> last_time_s_;
   cv::Mat still_;        // CV_8UC1, body that did not move since still_since_s_.

@@ -18,7 +18,7 @@ struct TrackedFace {
   double width = 0;       ///< Cheek to cheek, a tenth of the body's height (body::vitruvian::kFaceWidth); > 0.
   double confidence = 0;  ///< (0, 1]; falls while nothing new is seen.
   double age_s = 0;       ///< Since it was first seen.
-  double unseen_s = 0;    ///< Since it was last seen by a detector; the face coasts meanwhile.
+  double unseen_s = 0;    ///< Since it was last seen, by a detector or the network; the face coasts meanwhile.
 };
 
 }  // namespace choreo::vision

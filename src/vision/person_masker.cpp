@@ -114,7 +114,7 @@ BackgroundEstimate background_behind_people(std::span<const cv::Mat> pictures, s
   });
   auto estimate = judge_plate(plate, pictures);
   estimate.never_seen = never_seen;
-  estimate.unrest = {};  // The network says what is a person's.
+  estimate.dynamic = {};  // The network says what is a person's.
   // Of the bodies, by the network's word, what stands before it.
   double bodies = 0, unseen = 0;
   int empty = 0;

@@ -22,22 +22,24 @@ namespace choreo::vision {
 /// picture. There a difference counts only where its colour was not about there before: neither in the background nor
 /// in a third of some pictures that are kept. Where something stayed for several pictures on end it was somebody, and
 /// counts.
-class Unrest {
+class DynamicBackground {
  public:
-  Unrest() = default;  ///< A room that stands still.
+  DynamicBackground() = default;  ///< A room that stands still.
   /// @param pictures, backgrounds  CV_8UC3, of one size, as many, at least one; each background in the light of its
   ///   picture.
-  Unrest(std::span<const cv::Mat> pictures, std::span<const cv::Mat> backgrounds, double threshold);
+  DynamicBackground(std::span<const cv::Mat> pictures, std::span<const cv::Mat> backgrounds, double threshold);
 
   /// CV_8UC1, 255 where the room moves; empty: nowhere.
   [[nodiscard]] const cv::Mat& area() const { return area_; }
   [[nodiscard]] double share() const;  ///< Of the picture, [0, 1].
   /// `mask` without what the room did before. Arguments as of `displaced`.
+  /// @cost  Of the mask's pixels in the area whose colour was ever about: that of `displaced` for each of some looks.
   [[nodiscard]] cv::Mat without(const cv::Mat& mask, const cv::Mat& picture, const cv::Mat& background,
                                 double threshold) const;
 
  private:
   cv::Mat area_;
+  cv::Mat lowest_, highest_;    // CV_8UC3: between these are all colours about each pixel.
   std::vector<cv::Mat> looks_;  // CV_8UC3.
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "vision/unrest.hpp"
+#include "vision/dynamic_background.hpp"
 
 #include <algorithm>
 #include <cassert>
@@ -80,7 +80,8 @@ cv::Mat displaced(const cv::Mat& mask, const cv::Mat& picture, const cv::Mat& wa
   return out;
 }
 
-Unrest::Unrest(std::span<const cv::Mat> pictures, std::span<const cv::Mat> backgrounds, double threshold) {
+DynamicBackground::DynamicBackground(std::span<const cv::Mat> pictures, std::span<const cv::Mat> backgrounds,
+                                     double threshold) {
   assert(!pictures.empty() && pictures.size() == backgrounds.size());
   constexpr std::size_t kPictures = 24, kLeast = 8;
   const auto count = std::min(pictures.size(), kPictures);
@@ -112,23 +113,48 @@ Unrest::Unrest(std::span<const cv::Mat> pictures, std::span<const cv::Mat> backg
   const int side = 2 * reach_of(size) + 1;
   cv::dilate(area, area_, cv::getStructuringElement(cv::MORPH_RECT, {side, side}));
   area_.setTo(0, (differing >= int(count) / 8) & ~comes_and_goes);
-  for (std::size_t k = 0; k < count; ++k) looks_.push_back(pictures[chosen(k)]);
+  for (std::size_t k = 0; k < count; ++k) {
+    looks_.push_back(pictures[chosen(k)].clone());
+    for (const auto& shown : {looks_.back(), backgrounds[chosen(k)]}) {
+      if (lowest_.empty()) lowest_ = shown.clone(), highest_ = shown.clone();
+      cv::min(lowest_, shown, lowest_);
+      cv::max(highest_, shown, highest_);
+    }
+  }
+  const cv::Mat about = cv::getStructuringElement(cv::MORPH_RECT, {side, side});
+  cv::erode(lowest_, lowest_, about);
+  cv::dilate(highest_, highest_, about);
+  // Of a colour that is alike no channel is farther off.
+  const cv::Scalar most((1000 * threshold + 500) / 114, (1000 * threshold + 500) / 587, (1000 * threshold + 500) / 299);
+  cv::subtract(lowest_, most, lowest_);
+  cv::add(highest_, most, highest_);
 }
 
-double Unrest::share() const { return area_.empty() ? 0.0 : double(cv::countNonZero(area_)) / double(area_.total()); }
+double DynamicBackground::share() const {
+  return area_.empty() ? 0.0 : double(cv::countNonZero(area_)) / double(area_.total());
+}
 
-cv::Mat Unrest::without(const cv::Mat& mask, const cv::Mat& picture, const cv::Mat& background,
-                        double threshold) const {
+cv::Mat DynamicBackground::without(const cv::Mat& mask, const cv::Mat& picture, const cv::Mat& background,
+                                   double threshold) const {
   if (area_.empty()) return mask;
   const int known = int(looks_.size()) / 3;
-  cv::Mat left = mask & area_;
+  // Most of a body has a colour that was never about: nothing is to be searched for.
+  cv::Mat within;
+  cv::inRange(picture, lowest_, highest_, within);
+  const cv::Mat others = mask & ~(area_ & within);
+  cv::Mat left = mask & area_ & within;
   left &= ~displaced(left, picture, background, threshold);
   cv::Mat times = cv::Mat::zeros(mask.size(), CV_8UC1);
-  for (const auto& look : looks_) {
-    times += displaced(left, picture, look, threshold) & 1;
+  cv::Mat kept = cv::Mat::zeros(mask.size(), CV_8UC1);
+  for (std::size_t k = 0; k < looks_.size(); ++k) {
+    times += displaced(left, picture, looks_[k], threshold) & 1;
     left.setTo(0, times >= known);
+    // Too few are to come.
+    const cv::Mat hopeless = left & (times + double(looks_.size() - k - 1) < known);
+    kept |= hopeless;
+    left &= ~hopeless;
   }
-  return left | (mask & ~area_);
+  return others | kept | left;
 }
 
 }  // namespace choreo::vision

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Leaves in the wind, and what passes before them.
-#include "vision/unrest.hpp"
+#include "vision/dynamic_background.hpp"
 
 #include <cmath>
 #include <cstdio>
@@ -27,12 +27,12 @@ std::vector<cv::Mat> masks_of(const test::Scene& film, const BackgroundEstimate&
   return masks;
 }
 
-TEST(Unrest, WhoCrossesBeforeLeavesInTheWindIsSeenAndTheLeavesAreNot) {
+TEST(DynamicBackground, WhoCrossesBeforeLeavesInTheWindIsSeenAndTheLeavesAreNot) {
   for (const double sway : {1.0, 3.0, 5.0}) {
     const auto garden_film = test::garden(sway, 11);
     auto estimate = estimate_background(garden_film.pictures, {});
     const double with = test::f_measure(masks_of(garden_film, estimate), garden_film.truths);
-    estimate.unrest = {};
+    estimate.dynamic = {};
     const double without = test::f_measure(masks_of(garden_film, estimate), garden_film.truths);
     std::printf("leaves that sway by %.0f px: F %.3f, and %.3f without\n", sway, with, without);
     EXPECT_GT(with, 0.93) << sway;
@@ -40,7 +40,7 @@ TEST(Unrest, WhoCrossesBeforeLeavesInTheWindIsSeenAndTheLeavesAreNot) {
   }
 }
 
-TEST(Unrest, CarsOnARoadAreSeen) {
+TEST(DynamicBackground, CarsOnARoadAreSeen) {
   const auto cars = test::road(10);
   QuietStretches quiet;
   for (std::size_t k = 0; k < cars.pictures.size(); ++k) quiet.add(cars.pictures[k], double(k) / test::kOutdoorsFps);
@@ -49,24 +49,24 @@ TEST(Unrest, CarsOnARoadAreSeen) {
   EXPECT_GT(f, 0.9);
 }
 
-TEST(Unrest, IsWhereLeavesMoveAndNotWhereSomebodyPasses) {
+TEST(DynamicBackground, IsWhereLeavesMoveAndNotWhereSomebodyPasses) {
   const auto garden_film = test::garden(2, 11);
   const auto estimate = estimate_background(garden_film.pictures, {});
   cv::Mat beside = cv::Mat::zeros(test::kOutdoorsSize, CV_8UC1);
   beside(cv::Rect(0, 0, test::kTree.x - 8, test::kOutdoorsSize.height)).setTo(255);
-  ASSERT_FALSE(estimate.unrest.area().empty());
-  EXPECT_EQ(cv::countNonZero(estimate.unrest.area() & beside), 0);
-  EXPECT_GT(cv::countNonZero(estimate.unrest.area()), 0.6 * test::kTree.area());
+  ASSERT_FALSE(estimate.dynamic.area().empty());
+  EXPECT_EQ(cv::countNonZero(estimate.dynamic.area() & beside), 0);
+  EXPECT_GT(cv::countNonZero(estimate.dynamic.area()), 0.6 * test::kTree.area());
 }
 
-TEST(Unrest, AStillRoomHasNone) {
+TEST(DynamicBackground, AStillRoomHasNone) {
   const auto still = test::garden(0, 4);
   const auto estimate = estimate_background(still.pictures, {});
-  EXPECT_TRUE(estimate.unrest.area().empty());
+  EXPECT_TRUE(estimate.dynamic.area().empty());
 }
 
 // Who moves in place as leaves do is not like the wall beside them.
-TEST(Unrest, ADancerIsNone) {
+TEST(DynamicBackground, ADancerIsNone) {
   for (const auto* script : {"jumping-jacks", "side-kicks"}) {
     devices::synthetic::PerformerSettings settings;
     settings.size = {320, 240};
@@ -84,7 +84,7 @@ TEST(Unrest, ADancerIsNone) {
       quiet.add(dance.pictures[k], double(k) / test::kOutdoorsFps);
     auto estimate = estimate_background(dance.pictures, quiet.finish());
     const double with = test::f_measure(masks_of(dance, estimate), dance.truths);
-    estimate.unrest = {};
+    estimate.dynamic = {};
     const double without = test::f_measure(masks_of(dance, estimate), dance.truths);
     std::printf("%s: F %.4f, and %.4f without\n", script, with, without);
     EXPECT_GT(with, without - 0.002) << script;
