@@ -9,10 +9,12 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include "core/error.hpp"
 #include "pipeline/even_sampler.hpp"
 #include "pipeline/working_size.hpp"
+#include "vision/camera_motion.hpp"
 #include "vision/quiet_stretches.hpp"
 
 namespace choreo::pipeline {
@@ -74,6 +76,51 @@ class ReadingOn {
                     "synthetic://SCRIPT?depth=1; of other sources take segmentation = \"colour\"");
 }
 
+struct Samples {
+  std::vector<cv::Mat> pictures;
+  std::vector<double> times_s;                 // As many.
+  std::vector<vision::PersonEvidence> people;  // As many, or none where nobody looked.
+};
+
+// Brings pictures of a camera that shakes to where it was in the middle one, or for the plate, and what was seen of
+// people with them; those in which too little of the room is found again are left out.
+vision::CameraKind steady(Samples& samples, const cv::Mat& plate) {
+  auto& [pictures, times_s, people] = samples;
+  constexpr std::size_t kTried = 12;
+  if (pictures.size() < kTried) return vision::CameraKind::kStill;
+  const auto middle = pictures.size() / 2;
+  cv::Mat reference = plate, covered;
+  if (plate.empty()) {
+    reference = pictures[middle];
+    if (!people.empty() && !people[middle].likely.empty()) covered = vision::possible(people[middle], reference.size());
+  }
+  const vision::CameraMotion camera(reference, covered);
+  if (!camera.can_tell()) return vision::CameraKind::kStill;
+  const auto shifts_of = [&](std::span<const cv::Mat> some) {
+    std::vector<std::optional<vision::CameraShift>> shifts(some.size());
+    tbb::parallel_for(std::size_t{0}, some.size(), [&](std::size_t k) { shifts[k] = camera.of(some[k]); });
+    return shifts;
+  };
+  std::vector<cv::Mat> some;
+  for (std::size_t k = 0; k < kTried; ++k) some.push_back(pictures[k * pictures.size() / kTried]);
+  const auto tried = shifts_of(some);
+  const auto kind = vision::kind_of(tried, vision::explains(tried, some, reference));
+  if (kind != vision::CameraKind::kShakes) return kind;
+  const auto shifts = shifts_of(pictures);
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < pictures.size(); ++k) {
+    if (!shifts[k]) continue;
+    pictures[kept] = vision::brought_back(pictures[k], *shifts[k], reference);
+    times_s[kept] = times_s[k];
+    if (!people.empty()) people[kept] = vision::brought_back(people[k], *shifts[k]);
+    ++kept;
+  }
+  pictures.resize(kept);
+  times_s.resize(kept);
+  if (!people.empty()) people.resize(kept);
+  return kind;
+}
+
 }  // namespace
 
 BackgroundSpec parse_background(std::string_view text) {
@@ -120,6 +167,7 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
                       {}, "take the plate with the same camera and settings as the recording");
   }
   EvenSampler<cv::Mat> sampler(most_pictures(size));
+  EvenSampler<double> times(most_pictures(size));  // Of the same.
   EvenSampler<cv::Mat> depths(most_pictures(size));
   vision::QuietStretches quiet;
   std::deque<devices::FramePtr> kept;
@@ -146,6 +194,7 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
     if (with_colour && (!given || time < kNoiseTime)) {
       const auto picture = at_working_size(frame->bgr, size);
       sampler.add(picture);
+      times.add(to_seconds(time));
       if (!given && segmentation != vision::Segmentation::kPerson) quiet.add(picture, to_seconds(time));
     }
     if (progress) {
@@ -156,39 +205,52 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
   if (stop.stop_requested()) return std::nullopt;
   std::optional<ReadingOn> reading_on;
   if (source->info().live) reading_on.emplace(*source, kept);
-  const auto& pictures = sampler.kept();
   if (learned.frames_read == 0) refuse_empty(*source);
+  const cv::Mat small_plate = given && with_colour ? at_working_size(plate, size) : cv::Mat();
   if (with_depth) {
     if (depths.kept().empty()) refuse_without_depth(*source);
     learned.depth = vision::learn_depth_background(depths.kept(), margin);
     learned.pictures = depths.kept().size();
   }
-  std::vector<cv::Mat> looked;
-  std::vector<vision::PersonEvidence> evidence;
+  Samples samples{sampler.kept(), times.kept(), {}};
   if (segmentation == vision::Segmentation::kPerson || segmentation == vision::Segmentation::kAuto) {
     const std::size_t most = whole ? 60 : 20;  // What no sixtieth of a clip shows is as good as unseen.
-    const auto count = std::min(pictures.size(), most);
-    for (std::size_t k = 0; k < count; ++k) looked.push_back(pictures[k * pictures.size() / count]);
-    evidence = people(looked);
+    const auto count = std::min(samples.pictures.size(), most);
+    Samples some;
+    for (std::size_t k = 0; k < count; ++k) {
+      some.pictures.push_back(samples.pictures[k * samples.pictures.size() / count]);
+      some.times_s.push_back(samples.times_s[k * samples.pictures.size() / count]);
+    }
+    some.people = people(some.pictures);
     if (stop.stop_requested()) return std::nullopt;
     const auto seen =
-        std::size_t(std::ranges::count_if(evidence, [](const auto& person) { return !person.likely.empty(); }));
+        std::size_t(std::ranges::count_if(some.people, [](const auto& person) { return !person.likely.empty(); }));
     constexpr std::size_t kByMistake = 20;  // One look of so many.
     learned.somebody = seen > count / kByMistake;
+    if (!given && (learned.somebody || segmentation == vision::Segmentation::kPerson)) samples = std::move(some);
   }
+  auto camera = vision::CameraKind::kStill;
+  if (with_colour && !with_depth) camera = steady(samples, small_plate);
+  const auto& pictures = samples.pictures;
   if (!with_colour) {
     // Nothing looks at colour.
   } else if (given) {
-    learned.estimate = vision::judge_plate(at_working_size(plate, size), pictures);
+    learned.estimate = vision::judge_plate(small_plate, pictures);
     learned.estimate.unseen = 0;  // Whoever gives a plate has seen the room.
-  } else if (segmentation == vision::Segmentation::kPerson || learned.somebody) {
-    learned.estimate = vision::background_behind_people(looked, evidence);
-    learned.pictures = looked.size();
+  } else if (!samples.people.empty()) {
+    learned.estimate = vision::background_behind_people(pictures, samples.people);
+    learned.pictures = pictures.size();
   } else {
-    learned.estimate = whole ? vision::estimate_background(pictures, quiet.finish())
-                             : vision::estimate_beginning(pictures, quiet.finish());
+    if (camera == vision::CameraKind::kShakes) {
+      quiet = {};
+      for (std::size_t k = 0; k < pictures.size(); ++k) quiet.add(pictures[k], samples.times_s[k]);
+    }
+    const auto still = quiet.finish();
+    learned.estimate =
+        whole ? vision::estimate_background(pictures, still) : vision::estimate_beginning(pictures, still);
     learned.pictures = pictures.size();
   }
+  learned.estimate.camera = camera;
   reading_on.reset();
   if (stop.stop_requested()) return std::nullopt;
   if (repeatable) {

@@ -190,7 +190,8 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   const auto comparer = states->comparer();
   summary.canvas = states->canvas();
   summary.sudden_changes_s = record.sudden_changes_s();
-  summary.inferred = record.inferred();
+  summary.inferred = record.masks_tally().inferred();
+  summary.camera_moved = record.masks_tally().camera_moved();
   if (save_particles) {
     outputs::write_file(files.add("particles.csv"), outputs::particles_csv(record.particle_rows()));
   }

@@ -29,9 +29,9 @@ class LiveRecordStage final : public pipeline::Stage {
   /// One a row, a gap where there is none; empty where they are not kept.
   [[nodiscard]] const std::deque<std::optional<body::ParticleState>>& particles() const { return particles_; }
   [[nodiscard]] const ThumbnailKeeper& thumbnails() const { return thumbnails_; }
-  [[nodiscard]] std::size_t bodies() const;                            ///< Of the rows, those with a body.
-  [[nodiscard]] std::size_t cut_bodies() const;                        ///< Of these, cut by the picture's border.
-  [[nodiscard]] double inferred() const { return inferred_.share(); }  ///< Over the whole run.
+  [[nodiscard]] std::size_t bodies() const;                              ///< Of the rows, those with a body.
+  [[nodiscard]] std::size_t cut_bodies() const;                          ///< Of these, cut by the picture's border.
+  [[nodiscard]] const MaskTally& masks_tally() const { return tally_; }  ///< Over the whole run.
   [[nodiscard]] std::vector<double> sudden_changes_s() const {
     return {sudden_changes_s_.begin(), sudden_changes_s_.end()};
   }
@@ -44,7 +44,7 @@ class LiveRecordStage final : public pipeline::Stage {
   std::deque<outputs::FrameRow> rows_;
   std::deque<bool> cut_;                 // By row.
   std::deque<double> sudden_changes_s_;  // The latest.
-  InferredShare inferred_;
+  MaskTally tally_;
 };
 
 }  // namespace choreo::cli

@@ -139,6 +139,12 @@ void Preparation::require_memory() const {
 }
 
 vision::Segmenter Preparation::learn() {
+  auto segmenter = learn_still();
+  segmenter.follow_camera(summary.background.camera, summary.background.plate);
+  return segmenter;
+}
+
+vision::Segmenter Preparation::learn_still() {
   require_memory();
   const auto start = clock_.now();
   std::optional<vision::PersonSearch> search;

@@ -55,6 +55,7 @@ class Preparation {
   std::stop_token stop;  ///< The first Ctrl-C.
 
  private:
+  [[nodiscard]] vision::Segmenter learn_still();
   [[nodiscard]] std::unique_ptr<devices::Source> open();
   void require_memory() const;
 

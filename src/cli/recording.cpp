@@ -28,7 +28,7 @@ outputs::ParticleRow particle_row_of(const pipeline::Observation& o) {
 void RecordStage::process(pipeline::Observation& observation) {
   const auto row = row_of(observation);
   seen_(observation);
-  inferred_.add(observation.mask);
+  tally_.add(observation.mask);
   if (row.body) thumbnails_.add(observation.picture, observation.mask.mask, *observation.state, row.time_s);
   if (observation.mask.sudden) sudden_changes_s_.push_back(row.time_s);
   if (seen_frames_++ % step_ == 0) {

@@ -22,18 +22,24 @@ namespace choreo::cli {
 /// Likewise of particles.csv.
 [[nodiscard]] outputs::ParticleRow particle_row_of(const pipeline::Observation& observation);
 
-/// How much of the body, over all frames, was decided by a wall that nobody saw.
-class InferredShare {
+/// What decided masks, over all frames.
+class MaskTally {
  public:
   void add(const vision::MaskResult& mask) {
     body_ += mask.area;
     inferred_ += mask.inferred;
+    ++frames_;
+    if (mask.camera_moved) ++moved_;
   }
-  [[nodiscard]] double share() const { return body_ > 0 ? inferred_ / body_ : 0.0; }  ///< 0 to 1.
+  /// Share of the body that a wall decided which nobody saw; 0 to 1.
+  [[nodiscard]] double inferred() const { return body_ > 0 ? inferred_ / body_ : 0.0; }
+  /// Share of the frames in which the room told nothing, since the camera moved; 0 to 1.
+  [[nodiscard]] double camera_moved() const { return frames_ > 0 ? moved_ / frames_ : 0.0; }
 
  private:
   double body_ = 0;  // Pixels.
   double inferred_ = 0;
+  double frames_ = 0, moved_ = 0;
 };
 
 /// Everything that is kept of a run, a few kilobytes a frame; of a long one every second frame, every fourth, ... so
@@ -63,7 +69,7 @@ class RecordStage final : public pipeline::Stage {
   [[nodiscard]] std::size_t bodies() const;      ///< Rows with a body.
   [[nodiscard]] std::size_t cut_bodies() const;  ///< Of these, cut by the picture's border.
   [[nodiscard]] const std::vector<double>& sudden_changes_s() const { return sudden_changes_s_; }
-  [[nodiscard]] double inferred() const { return inferred_.share(); }
+  [[nodiscard]] const MaskTally& masks_tally() const { return tally_; }
   [[nodiscard]] std::size_t kept_every() const { return step_; }  ///< 1: every frame that came is a row.
 
  private:
@@ -80,7 +86,7 @@ class RecordStage final : public pipeline::Stage {
   std::vector<outputs::FrameRow> rows_;
   std::vector<outputs::ParticleRow> particle_rows_;
   std::vector<bool> cut_;  // By row.
-  InferredShare inferred_;
+  MaskTally tally_;
   std::vector<double> sudden_changes_s_;
 };
 

@@ -83,6 +83,15 @@ std::vector<std::string> warnings_of(const Summary& s, const config::Options& se
           "a second; if something else moves, see mask.roi and mask.ignore",
           100.0 * s.background.unseen, 100.0 * s.inferred));
     }
+    if (s.background.camera == vision::CameraKind::kShakes) {
+      warnings.emplace_back("the camera shakes: every picture was brought to where it was in one of them");
+    }
+    if (s.camera_moved > 0) {
+      warnings.push_back(
+          fmt::format("the camera moved in {:.0f} % of the frames: in these a body is what the person "
+                      "network sees, and no more",
+                      std::max(1.0, 100 * s.camera_moved)));
+    }
     if (const auto& dynamic = s.background.dynamic; dynamic.share() > kSomeOfThePicture) {
       warnings.push_back(
           fmt::format("{:.0f} % of the picture moves in place, as leaves in the wind do, and is body where its colours "

@@ -67,6 +67,8 @@ std::string to_json(const Summary& s, const config::Config& config) {
                         {"share_of_body_before_unseen_wall", rounded(s.background.unseen, 4)},
                         {"share_of_body_inferred", rounded(s.inferred, 4)},
                         {"share_of_pictures_without_body", rounded(s.background.empty, 4)},
+                        {"camera_shakes", s.background.camera == vision::CameraKind::kShakes},
+                        {"share_of_frames_in_which_the_camera_moved", rounded(s.camera_moved, 4)},
                         {"share_of_picture_that_moves_in_place", rounded(s.background.dynamic.share(), 4)},
                         {"pictures", s.background_pictures},
                         {"noise_grey_levels", rounded(s.background.noise, 3)}};

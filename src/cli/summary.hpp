@@ -40,7 +40,8 @@ struct Summary {
   vision::BackgroundEstimate background;
   std::optional<vision::DepthBackground> depth;  ///< Absent where colour alone decides.
   std::size_t background_pictures = 0;
-  double inferred = 0;  ///< Share of the body's pixels, over all frames, that an inferred wall decided; 0 to 1.
+  double inferred = 0;      ///< Share of the body's pixels, over all frames, that an inferred wall decided; 0 to 1.
+  double camera_moved = 0;  ///< Share of the frames in which the room told nothing, since the camera moved; 0 to 1.
   std::vector<double> sudden_changes_s;
   bool particles = false;  ///< Whether states are particles, not silhouettes.
   cv::Size canvas;         ///< On which silhouettes were compared.

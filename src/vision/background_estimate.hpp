@@ -6,6 +6,7 @@
 
 #include <opencv2/core/mat.hpp>
 
+#include "vision/camera_motion.hpp"
 #include "vision/dynamic_background.hpp"
 
 namespace choreo::vision {
@@ -22,7 +23,8 @@ struct BackgroundEstimate {
   double empty = 0;
   /// CV_8UC1, 255 where somebody stood in every picture, so that the plate is a guess; empty: not known.
   cv::Mat never_seen;
-  DynamicBackground dynamic;  ///< Where the room moves in place.
+  CameraKind camera = CameraKind::kStill;  ///< The plate shows the room from where one of the pictures was taken.
+  DynamicBackground dynamic;               ///< Where the room moves in place.
 
   /// Whether masks made against it may have holes or ghosts.
   [[nodiscard]] bool uncertain() const { return unseen > 0.02; }

@@ -55,6 +55,7 @@ struct MaskResult {
   bool cut = false;       ///< The body touches the picture's border.
   bool sudden = false;    ///< The whole picture changed at this frame; the background is learned anew.
   bool learning = false;  ///< No mask: the background is being learned anew.
+  bool camera_moved = false;  ///< The room told nothing: the mask is the network's, or none.
 };
 
 /// Makes body masks against a background that it follows through slow lighting.

@@ -20,35 +20,15 @@ namespace choreo::vision {
 namespace {
 
 constexpr double kLikely = 127;      // Of 255: more likely a person's than not.
-constexpr double kPossible = 25;     // One in ten.
 constexpr double kEntersWithin = 1;  // Seconds; of a body half of which is in the picture the network knows.
 constexpr double kFollowedFor = 3;   // Seconds, by the difference alone.
 constexpr std::uint8_t kKnown = 5;   // Looks in a row that show what was never seen: a sleeve is lacking for some.
 constexpr std::uint8_t kYoung = 60;  // Looks during which it is learned quickly,
 constexpr std::uint8_t kMean = 10;   // as the mean of about so many.
-constexpr double kReach = 1 / 60.0;  // Of the picture's height: hair, a held fan, what the silhouette rounds off.
 
 cv::Mat square(double px) {
   const int side = 2 * int(std::lround(px)) + 1;
   return cv::getStructuringElement(cv::MORPH_RECT, {side, side});
-}
-
-void draw(const std::vector<PersonEvidence::Limb>& limbs, double doubt_px, cv::Mat& out) {
-  constexpr int kThickest = 32767;  // OpenCV's.
-  for (const auto& limb : limbs) {
-    const int thickness = std::max(1, cvRound(2 * (limb.radius + doubt_px)));
-    cv::line(out, limb.from, limb.to, 255, std::min(thickness, kThickest));  // Its ends are round.
-  }
-}
-
-// Everything that may be the person's.
-cv::Mat possible(const PersonEvidence& person, cv::Size size) {
-  if (person.likely.empty()) return cv::Mat::zeros(size, CV_8UC1);
-  cv::Mat out;
-  cv::dilate(person.likely > kPossible, out, square(person.doubt_px + kReach * size.height));
-  draw(person.limbs, person.doubt_px, out);
-  draw(person.held, person.doubt_px, out);
-  return out;
 }
 
 // The pictures in which nobody is seen, but soon before or after: the network lost somebody, and they tell nothing.
@@ -183,7 +163,7 @@ cv::Mat PersonMasker::expected(const PersonEvidence& person, double time_s) cons
   const bool comes = entering_s_ && time_s - *entering_s_ <= kEntersWithin;
   if ((!lost && !comes) || last_mask_.empty()) return out;
   cv::Mat followed;
-  cv::dilate(last_mask_, followed, square(2 * kReach * background_.rows));
+  cv::dilate(last_mask_, followed, square(2 * kPersonReach * background_.rows));
   return out | followed;
 }
 
@@ -254,26 +234,16 @@ MaskResult PersonMasker::process(const cv::Mat& picture, const PersonEvidence& l
   }
   if (entering_s_ || cv::countNonZero(near) == 0) {
     cv::Mat comes = entering(annealed(mask & ~never_seen_, options_.steps), time_s);
-    cv::dilate(comes, comes, square(kReach * picture.rows));
+    cv::dilate(comes, comes, square(kPersonReach * picture.rows));
     near |= comes;
   }
   if (cv::countNonZero(near) > 0) {
     mask &= near;
-    mask = with_the_networks_word(mask, person);
     if (!person.likely.empty()) last_seen_s_ = time_s;
-    mask = annealed(mask, options_.steps);
-    if (!allowed_.empty()) mask &= allowed_;
-    const int speck = static_cast<int>(std::ceil(options_.speck_percent / 100.0 * double(mask.total())));
-    mask = without_specks(mask, speck, options_.largest_only);
-    const int area = cv::countNonZero(mask);
-    if (area > 0 && area >= options_.min_body_percent / 100.0 * double(mask.total())) {
-      result.mask = mask;
-      result.area = area;
-      result.inferred = cv::countNonZero(mask & never_seen_);
-      result.body = true;
-      const auto box = cv::boundingRect(mask);
-      result.cut = box.x == 0 || box.y == 0 || box.br().x == mask.cols || box.br().y == mask.rows;
-    }
+    const bool sudden = result.sudden;
+    result = finished(with_the_networks_word(mask, person));
+    result.sudden = sudden;
+    result.inferred = cv::countNonZero(result.mask & never_seen_);
   }
   last_mask_ = result.body ? result.mask : cv::Mat();
   // Who is not seen may stand there all the same, for a while: nothing comes to light but beside somebody who is seen.
@@ -281,6 +251,37 @@ MaskResult PersonMasker::process(const cv::Mat& picture, const PersonEvidence& l
   const bool known = !person.likely.empty() || time_s - last_seen_s_.value_or(*first_time_s_) > kFollowedFor;
   learn(picture, lit, known ? cv::Mat(~near) : cv::Mat(~(near | never_seen_)), dt_s);
   return result;
+}
+
+MaskResult PersonMasker::finished(cv::Mat mask) const {
+  MaskResult result;
+  result.mask = cv::Mat::zeros(mask.size(), CV_8UC1);
+  mask = annealed(mask, options_.steps);
+  if (!allowed_.empty()) mask &= allowed_;
+  const int speck = static_cast<int>(std::ceil(options_.speck_percent / 100.0 * double(mask.total())));
+  mask = without_specks(mask, speck, options_.largest_only);
+  const int area = cv::countNonZero(mask);
+  if (area == 0 || area < options_.min_body_percent / 100.0 * double(mask.total())) return result;
+  result.mask = mask;
+  result.area = area;
+  result.body = true;
+  const auto box = cv::boundingRect(mask);
+  result.cut = box.x == 0 || box.y == 0 || box.br().x == mask.cols || box.br().y == mask.rows;
+  return result;
+}
+
+MaskResult PersonMasker::silhouette(const PersonEvidence& person) const {
+  if (person.likely.empty()) return finished(cv::Mat::zeros(background_.size(), CV_8UC1));
+  auto result = finished(person.likely > kLikely);
+  result.inferred = result.area;
+  return result;
+}
+
+void PersonMasker::forget(const cv::Mat& picture) {
+  background_ = picture.clone();
+  background_.convertTo(running_, CV_32F);
+  never_seen_.setTo(255);
+  free_looks_.setTo(0);
 }
 
 // What is seen while it is free, in the light of the plate: quickly at first, so that a jacket that the silhouette

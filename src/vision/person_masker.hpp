@@ -10,22 +10,9 @@
 
 #include "vision/background_estimate.hpp"
 #include "vision/body_masker.hpp"
+#include "vision/person_evidence.hpp"
 
 namespace choreo::vision {
-
-/// Where a person is likely to be in a picture.
-struct PersonEvidence {
-  cv::Mat likely;       ///< CV_8UC1 of the picture's size: 0 to 255, by the network; empty: nobody is there.
-  double doubt_px = 0;  ///< How far the person may have moved since, and how blurred the silhouette is.
-  /// All that is no farther than `radius` from a line, in pixels of the picture.
-  struct Limb {
-    cv::Point2d from, to;
-    double radius = 0;
-  };
-  std::vector<Limb> limbs =
-      {};  ///< Where bones are, as thick as clothes are; may be the person's whatever `likely` says,
-  std::vector<Limb> held = {};  ///< and so may what a hand holds.
-};
 
 /// The background behind people: per pixel and channel the median over the pictures in which nobody is likely there.
 ///
@@ -57,6 +44,12 @@ class PersonMasker {
   /// @param picture  CV_8UC3, of the plate's size (asserted).  @param time_s  seconds, increasing.
   [[nodiscard]] MaskResult process(const cv::Mat& picture, const PersonEvidence& looked, double time_s);
 
+  /// The mask by the network alone, of a picture that tells nothing of the background; nothing is learned.
+  [[nodiscard]] MaskResult silhouette(const PersonEvidence& person) const;
+
+  /// Nothing is known of the room any more: the camera has moved.
+  void forget(const cv::Mat& picture);
+
   [[nodiscard]] double threshold() const { return threshold_; }  ///< In use, grey levels of D.
 
  private:
@@ -65,6 +58,7 @@ class PersonMasker {
   [[nodiscard]] bool is_the_room(const PersonEvidence& person, const cv::Mat& foreground) const;
   [[nodiscard]] cv::Mat with_the_networks_word(const cv::Mat& foreground, const PersonEvidence& person) const;
   [[nodiscard]] cv::Mat entering(const cv::Mat& foreground, double time_s);
+  [[nodiscard]] MaskResult finished(cv::Mat mask) const;
   void learn(const cv::Mat& picture, const cv::Mat& lit, const cv::Mat& surely_not, double dt_s);
 
   MaskOptions options_;

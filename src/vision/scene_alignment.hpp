@@ -43,13 +43,12 @@ struct SceneAlignment {
 /// Finds shifts up to 6 % of the picture's width and height, scales within 4 % and rotations within 3 degrees, to a
 /// fraction of a pixel, and is indifferent to exposure, white balance and slow shading.
 ///
-/// Every candidate is tried on a small copy with a cost that is cut off, so that what agrees decides and a body that
-/// moves does not; the best is refined from coarse to fine by Gauss-Newton steps with Tukey's weights on high-passed
-/// luminance, a gain being estimated along. Whether the result is a scene is judged apart from that, by the correlation
-/// of small blocks.
+/// Corners of the reference are followed to the picture, both high-passed and evened in contrast, and most of them
+/// agree on the transform (CameraMotion), so that a body that moves has no word. Whether the result is a scene is
+/// judged apart from that, by the correlation of small blocks.
 /// @param reference, picture  CV_8UC3 of one size, at least 32 x 32 (smaller: not aligned).
-/// @cost  about 0.1 s for 640 x 480 on one core.
-/// @source Szeliski, Image Alignment and Stitching (2006), 3.4; Black and Anandan (1996) for the robust weights.
+/// @cost  about 0.03 s for 640 x 480 on one core.
+/// @source Szeliski, Image Alignment and Stitching (2006), 4.
 [[nodiscard]] SceneAlignment align_scene(const cv::Mat& reference, const cv::Mat& picture);
 
 }  // namespace choreo::vision

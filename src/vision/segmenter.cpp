@@ -2,6 +2,7 @@
 #include "vision/segmenter.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <utility>
@@ -17,9 +18,17 @@ constexpr double kAbsorbed = 3;       // Seconds that something stands still whi
 constexpr double kSeenFor = 1 / 3.0;  // Seconds; a single look may be mistaken.
 constexpr double kAgreement = 0.9;
 constexpr int kLooksAround = 4;         // times the edge's width
+constexpr int kWatchedRows = 240;       // Enough to tell that a camera moves.
 constexpr int kRowsPerEdgePixel = 160;  // a depth edge wanders by about as many pixels of 480 rows
 
 cv::Mat square(int reach) { return cv::getStructuringElement(cv::MORPH_RECT, {2 * reach + 1, 2 * reach + 1}); }
+
+cv::Mat at_most_rows(const cv::Mat& picture, int rows) {
+  if (picture.rows <= rows) return picture;
+  cv::Mat out;
+  cv::resize(picture, out, {std::max(1, picture.cols * rows / picture.rows), rows}, 0, 0, cv::INTER_AREA);
+  return out;
+}
 
 // How many pixels are set within `reach`, everywhere.
 cv::Mat count_around(const cv::Mat& mask, int reach) {
@@ -100,8 +109,57 @@ void Segmenter::meet(const PersonEvidence& person, double time_s) {
 Segmenter::Segmenter(std::optional<BodyMasker> colour, DepthMasker depth, MaskOptions options)
     : colour_(std::move(colour)), depth_(std::move(depth)), options_(std::move(options)) {}
 
+void Segmenter::follow_camera(CameraKind kind, const cv::Mat& plate) {
+  camera_.reset();
+  if (kind == CameraKind::kStill) return;
+  const auto reference = kind == CameraKind::kMayMove ? at_most_rows(plate, kWatchedRows) : plate;
+  camera_ = {kind, reference, CameraMotion(reference), kNoShift};
+}
+
 MaskResult Segmenter::process(const cv::Mat& picture, const cv::Mat& depth_mm, double time_s,
                               const PersonEvidence& person) {
+  if (!camera_) return of_steady(picture, depth_mm, time_s, person);
+  auto& camera = *camera_;
+  if (camera.kind == CameraKind::kMayMove) {
+    // Where it stands for a while, what is behind the person is learned.
+    const auto small = at_most_rows(picture, kWatchedRows);
+    const std::array shift = {camera.motion.of(small)};
+    const bool moves = shift[0] && shift[0] != kNoShift && explains(shift, {&small, 1}, camera.plate);
+    camera.motion = CameraMotion(small);
+    camera.plate = small;
+    if (moves && person_) person_->forget(picture);
+    auto result = of_steady(picture, depth_mm, time_s, person);
+    result.camera_moved = moves && person_;
+    return result;
+  }
+  auto shift = camera.motion.of(picture, camera.last);
+  if (!shift && camera.last != kNoShift) shift = camera.motion.of(picture);
+  if (!shift) {
+    MaskResult result;
+    if (person_) {
+      result = person_->silhouette(person);
+    } else {
+      result.mask = cv::Mat::zeros(picture.size(), CV_8UC1);
+    }
+    result.camera_moved = true;
+    return result;
+  }
+  camera.last = *shift;
+  auto result = of_steady(brought_back(picture, *shift, camera.plate), depth_mm, time_s, brought_back(person, *shift));
+  if (*shift == kNoShift) return result;
+  // Beyond what the plate shows the network alone has a word.
+  const bool seen = result.body && person_ && !person.likely.empty();
+  const cv::Mat beyond = seen ? person_->silhouette(person).mask : cv::Mat::zeros(picture.size(), CV_8UC1);
+  result.mask = taken_along(result.mask, *shift, beyond);
+  result.area = cv::countNonZero(result.mask);
+  result.body = result.area > 0;
+  const auto box = cv::boundingRect(result.mask);
+  result.cut = result.body && (box.x == 0 || box.y == 0 || box.br().x == picture.cols || box.br().y == picture.rows);
+  return result;
+}
+
+MaskResult Segmenter::of_steady(const cv::Mat& picture, const cv::Mat& depth_mm, double time_s,
+                                const PersonEvidence& person) {
   if (person_) return person_->process(picture, person, time_s);
   MaskResult by_colour;
   if (colour_) by_colour = colour_->process(picture, time_s);

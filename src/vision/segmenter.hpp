@@ -8,6 +8,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "vision/body_masker.hpp"
+#include "vision/camera_motion.hpp"
 #include "vision/depth_masker.hpp"
 #include "vision/person_masker.hpp"
 
@@ -54,6 +55,11 @@ class Segmenter {
   [[nodiscard]] MaskResult process(const cv::Mat& picture, const cv::Mat& depth_mm, double time_s,
                                    const PersonEvidence& person = {});
 
+  /// Of a camera that shakes every picture is brought to where it was when it took `plate`, and its mask back; where
+  /// too little of the room is found again the network's silhouette stands alone, or there is no body. Of one that may
+  /// move the silhouette stands alone wherever it does. Of pictures alone, not of depth.
+  void follow_camera(CameraKind kind, const cv::Mat& plate);
+
   [[nodiscard]] bool uses_depth() const { return depth_.has_value(); }
   [[nodiscard]] bool wants_person() const { return person_.has_value() || as_it_turns_out_; }
   /// Of a person, by now.
@@ -61,6 +67,8 @@ class Segmenter {
   [[nodiscard]] std::optional<double> threshold() const;  ///< Grey levels of D; nothing by depth alone.
 
  private:
+  [[nodiscard]] MaskResult of_steady(const cv::Mat& picture, const cv::Mat& depth_mm, double time_s,
+                                     const PersonEvidence& person);
   void meet(const PersonEvidence& person, double time_s);
   [[nodiscard]] MaskResult finished(cv::Mat mask, const DepthMask& depth) const;
 
@@ -68,6 +76,13 @@ class Segmenter {
   std::optional<DepthMasker> depth_;
   std::optional<PersonMasker> person_;
   MaskOptions options_;
+  struct Camera {
+    CameraKind kind;
+    cv::Mat plate;        // Of a camera that may move the last picture, reduced.
+    CameraMotion motion;  // Since then.
+    CameraShift last;
+  };
+  std::optional<Camera> camera_;
   bool as_it_turns_out_ = false;
   double noise_ = 0;
   std::optional<double> there_since_s_;  // A person, without a break.

@@ -70,5 +70,11 @@ TEST(Masks, NobodyIsSeenInAnEmptyRoomBeforeAndAfter) {
   EXPECT_GE(mean_iou("synthetic://crossing?size=320x240&fps=10&seed=12"), 0.95);
 }
 
+TEST(Masks, OfACameraThatShakesAreAsGoodByPeopleAndByColour) {
+  const std::string shaken = "synthetic://jumping-jacks?size=320x240&fps=15&duration=2&empty=1&seed=7&shake=6";
+  EXPECT_GE(mean_iou(shaken, {"--set", "segmentation=colour"}), 0.97);
+  EXPECT_GE(mean_iou(shaken), 0.97);
+}
+
 }  // namespace
 }  // namespace choreo::test
