@@ -86,8 +86,8 @@ struct Samples {
 // people with them; those in which too little of the room is found again are left out.
 vision::CameraKind steady(Samples& samples, const cv::Mat& plate) {
   auto& [pictures, times_s, people] = samples;
-  constexpr std::size_t kTried = 12;
-  if (pictures.size() < kTried) return vision::CameraKind::kStill;
+  constexpr std::size_t kLeast = 6, kTried = 12;
+  if (pictures.size() < kLeast) return vision::CameraKind::kStill;
   const auto middle = pictures.size() / 2;
   cv::Mat reference = plate, covered;
   if (plate.empty()) {
@@ -102,7 +102,8 @@ vision::CameraKind steady(Samples& samples, const cv::Mat& plate) {
     return shifts;
   };
   std::vector<cv::Mat> some;
-  for (std::size_t k = 0; k < kTried; ++k) some.push_back(pictures[k * pictures.size() / kTried]);
+  const auto count = std::min(kTried, pictures.size());
+  for (std::size_t k = 0; k < count; ++k) some.push_back(pictures[k * pictures.size() / count]);
   const auto tried = shifts_of(some);
   const auto kind = vision::kind_of(tried, vision::explains(tried, some, reference));
   if (kind != vision::CameraKind::kShakes) return kind;
@@ -251,6 +252,11 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
     learned.pictures = pictures.size();
   }
   learned.estimate.camera = camera;
+  if (camera == vision::CameraKind::kMayMove && !samples.people.empty()) {
+    // Pictures from several places tell of no place what is there, nor how much noise is in it.
+    learned.estimate.never_seen = cv::Mat(size, CV_8UC1, cv::Scalar(255));
+    learned.estimate.noise = 0;
+  }
   reading_on.reset();
   if (stop.stop_requested()) return std::nullopt;
   if (repeatable) {

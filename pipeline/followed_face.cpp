@@ -28,16 +28,17 @@ std::optional<vision::TrackedFace> FollowedFace::update(const Observation& obser
   knows_ = face || (observation.person && observation.person->look.faces_away());
   // An arm before the eyes hides a face for a moment, and a machine that is busy looks late.
   constexpr double kCoasts_s = 0.5;
+  constexpr int kLooks = 2;
   const auto age_s = [&](Nanoseconds time) { return to_seconds(observation.time - time); };
   if (face && age_s(observation.person->time) <= 2 * kCoasts_s) {
     if (!seen_ || seen_->time != observation.person->time) seen_ = look(*face, observation);
-  } else if (!seen_ || !observation.person || observation.person->look.faces_away() || age_s(seen_->time) > kCoasts_s) {
+  } else if (!seen_ || seen_->looks < kLooks || !observation.person || observation.person->look.faces_away() ||
+             age_s(seen_->time) > kCoasts_s) {
     knows_ = knows_ && !face;
     seen_.reset();
     return std::nullopt;
   }
   knows_ = true;
-  constexpr int kLooks = 2;
   if (seen_->looks < kLooks) return std::nullopt;
   constexpr double kDamping_s = 0.15;
   auto now = seen_->face;

@@ -54,6 +54,7 @@ vision::PersonEvidence evidence_of(const PersonSighting& sighting, cv::Size size
   auto evidence = evidence_of(sighting.look, size);
   const double side = sighting.look.region.side;
   const double speed = std::min(sighting.speed.value_or(side), kFastest * side);
+  evidence.seen_s = to_seconds(sighting.time);
   evidence.doubt_px += speed * to_seconds(std::max(now - sighting.time, Nanoseconds{0}));
   return evidence;
 }

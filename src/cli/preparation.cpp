@@ -140,7 +140,7 @@ void Preparation::require_memory() const {
 
 vision::Segmenter Preparation::learn() {
   auto segmenter = learn_still();
-  segmenter.follow_camera(summary.background.camera, summary.background.plate);
+  segmenter.follow_camera(summary.background);
   return segmenter;
 }
 

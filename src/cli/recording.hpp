@@ -31,7 +31,7 @@ class MaskTally {
     ++frames_;
     if (mask.camera_moved) ++moved_;
   }
-  /// Share of the body that a wall decided which nobody saw; 0 to 1.
+  /// Share of the body before background that nobody saw; 0 to 1.
   [[nodiscard]] double inferred() const { return body_ > 0 ? inferred_ / body_ : 0.0; }
   /// Share of the frames in which the room told nothing, since the camera moved; 0 to 1.
   [[nodiscard]] double camera_moved() const { return frames_ > 0 ? moved_ / frames_ : 0.0; }

@@ -23,13 +23,16 @@ constexpr const char* kAllFiles[] = {"plot.png",     "triangle.png", "z.npy",   
 
 constexpr double kSomeOfThePicture = 0.01;
 
-// As mask.ignore has them, of each part.
+// As mask.ignore has them, of each part that is worth it, and of the largest.
 std::vector<std::string> zones_of(const cv::Mat& area) {
   cv::Mat labels, statistics, centroids;
   const int count = cv::connectedComponentsWithStats(area, labels, statistics, centroids, 8, CV_32S, cv::CCL_SAUF);
+  int largest = 0;
+  for (int part = 1; part < count; ++part) largest = std::max(largest, statistics.at<int>(part, cv::CC_STAT_AREA));
   std::vector<std::string> zones;
   for (int part = 1; part < count; ++part) {
-    if (statistics.at<int>(part, cv::CC_STAT_AREA) < kSomeOfThePicture / 4 * double(area.total())) continue;
+    const int pixels = statistics.at<int>(part, cv::CC_STAT_AREA);
+    if (pixels < largest && pixels < kSomeOfThePicture / 4 * double(area.total())) continue;
     const double left = statistics.at<int>(part, cv::CC_STAT_LEFT), top = statistics.at<int>(part, cv::CC_STAT_TOP);
     zones.push_back(fmt::format("[{:.2f}, {:.2f}, {:.2f}, {:.2f}]", left / area.cols, top / area.rows,
                                 (left + statistics.at<int>(part, cv::CC_STAT_WIDTH)) / area.cols,
@@ -66,6 +69,19 @@ std::vector<std::string> warnings_of(const Summary& s, const config::Options& se
         fmt::format("plot.thumbnails_at_s: {} s lies behind the last frame, at {:.3f} s", *beyond, s.last_time_s));
   }
   warnings.insert(warnings.end(), gathered.signal_warnings.begin(), gathered.signal_warnings.end());
+  if (s.background.camera == vision::CameraKind::kShakes) {
+    const bool plate = settings.background != "auto" && !settings.background.starts_with("first:");
+    warnings.emplace_back(
+        !plate ? "the camera shakes: every picture was brought to where it was in one of them"
+               : "the camera shakes, or stands elsewhere than the plate was taken from: every picture was "
+                 "brought there");
+  }
+  if (s.camera_moved > 0) {
+    warnings.push_back(
+        fmt::format("the camera moved in {} % of the frames, or the room was not found again: in these a body is what "
+                    "the person network sees, and by colour there is none",
+                    s.camera_moved < 0.01 ? "less than 1" : fmt::format("{:.0f}", 100 * s.camera_moved)));
+  }
   // One cause, one warning: the later ones would only repeat the first that applies.
   if (s.frames == 1) {
     warnings.emplace_back("there is only one frame: nothing to compare it with" +
@@ -82,15 +98,6 @@ std::vector<std::string> warnings_of(const Summary& s, const config::Options& se
           "its pixels were decided by inference; give a plate with --background, or leave the room empty for "
           "a second; if something else moves, see mask.roi and mask.ignore",
           100.0 * s.background.unseen, 100.0 * s.inferred));
-    }
-    if (s.background.camera == vision::CameraKind::kShakes) {
-      warnings.emplace_back("the camera shakes: every picture was brought to where it was in one of them");
-    }
-    if (s.camera_moved > 0) {
-      warnings.push_back(
-          fmt::format("the camera moved in {:.0f} % of the frames: in these a body is what the person "
-                      "network sees, and no more",
-                      std::max(1.0, 100 * s.camera_moved)));
     }
     if (const auto& dynamic = s.background.dynamic; dynamic.share() > kSomeOfThePicture) {
       warnings.push_back(

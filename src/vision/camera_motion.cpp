@@ -11,6 +11,7 @@
 #include <opencv2/video/tracking.hpp>
 
 #include "vision/difference.hpp"
+#include "vision/tone_curve.hpp"
 
 namespace choreo::vision {
 namespace {
@@ -35,16 +36,6 @@ std::vector<cv::Mat> pyramid_of(const cv::Mat& grey) {
 
 }  // namespace
 
-double farthest(const CameraShift& shift, cv::Size size) {
-  double most = 0;
-  for (const auto& corner : {cv::Point2d(0, 0), cv::Point2d(size.width - 1, 0), cv::Point2d(0, size.height - 1),
-                             cv::Point2d(size.width - 1, size.height - 1)}) {
-    const cv::Vec2d to = shift * cv::Vec3d(corner.x, corner.y, 1);
-    most = std::max(most, std::hypot(to[0] - corner.x, to[1] - corner.y));
-  }
-  return most;
-}
-
 CameraMotion::CameraMotion(const cv::Mat& reference, const cv::Mat& covered) {
   assert(reference.type() == CV_8UC3 || reference.type() == CV_8UC1);
   const auto grey = one_channel(reference);
@@ -58,7 +49,7 @@ CameraMotion::CameraMotion(const cv::Mat& reference, const cv::Mat& covered) {
 
 bool CameraMotion::can_tell() const { return corners_.size() >= kLeastCorners; }
 
-std::optional<CameraShift> CameraMotion::of(const cv::Mat& picture, const CameraShift& guess) const {
+std::optional<CameraShift> CameraMotion::of(const cv::Mat& picture, const CameraShift& guess, double stands_px) const {
   if (!can_tell()) return std::nullopt;
   const auto now = pyramid_of(one_channel(picture));
   std::vector<cv::Point2f> found;
@@ -79,9 +70,9 @@ std::optional<CameraShift> CameraMotion::of(const cv::Mat& picture, const Camera
   const auto count = std::ranges::count(agree, 1);
   if (fit.empty() || count < kLeastCorners || 4 * count < std::ptrdiff_t(corners_.size())) return std::nullopt;
   // Of two explanations as good the simpler one: what is fitted to a few corners is far off elsewhere.
-  constexpr double kStands_px = 0.5, kAsGood = 0.8;
+  constexpr double kAsGood = 0.8;
   std::ptrdiff_t stand = 0;
-  for (std::size_t k = 0; k < from.size(); ++k) stand += cv::norm(to[k] - from[k]) < kStands_px ? 1 : 0;
+  for (std::size_t k = 0; k < from.size(); ++k) stand += cv::norm(to[k] - from[k]) < stands_px ? 1 : 0;
   if (double(stand) >= kAsGood * double(count)) return kNoShift;
   return CameraShift(fit);
 }
@@ -94,8 +85,8 @@ bool explains(std::span<const std::optional<CameraShift>> shifts, std::span<cons
   constexpr double kSome = 0.002;  // Of a cell: an edge of a picture frame.
   constexpr double kLeft = 0.6;    // Of what differs; noise and bodies stay.
   std::array<double, kCells * kCells> before{}, after{};
-  const auto add = [&](const cv::Mat& picture, std::array<double, kCells * kCells>& sums) {
-    const cv::Mat differs = difference_luminance(picture, reference) > kDiffers;
+  const auto add = [&](const cv::Mat& picture, const cv::Mat& lit, std::array<double, kCells * kCells>& sums) {
+    const cv::Mat differs = difference_luminance(picture, lit) > kDiffers;
     for (int k = 0; k < kCells * kCells; ++k) {
       const int x = k % kCells, y = k / kCells;
       const cv::Range rows(y * differs.rows / kCells, (y + 1) * differs.rows / kCells);
@@ -106,8 +97,10 @@ bool explains(std::span<const std::optional<CameraShift>> shifts, std::span<cons
   int moved = 0;
   for (std::size_t k = 0; k < pictures.size(); ++k) {
     if (!shifts[k] || shifts[k] == kNoShift) continue;
-    add(pictures[k], before);
-    add(brought_back(pictures[k], *shifts[k], reference), after);
+    const auto back = brought_back(pictures[k], *shifts[k], reference);
+    const auto lit = ToneCurve(reference, back).apply(reference);
+    add(pictures[k], lit, before);
+    add(back, lit, after);
     ++moved;
   }
   int parts = 0, explained = 0;

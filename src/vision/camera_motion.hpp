@@ -21,9 +21,6 @@ enum class CameraKind : std::uint8_t {
 using CameraShift = cv::Matx23d;
 inline const CameraShift kNoShift = {1, 0, 0, 0, 1, 0};
 
-/// How far it takes the picture's farthest corner, px.
-[[nodiscard]] double farthest(const CameraShift& shift, cv::Size size);
-
 /// Follows the corners of a room from a reference picture to others, by Lucas and Kanade's pyramids, and takes the
 /// shift, turn and scale that most of them agree on (RANSAC), at least a quarter: by chance at most an eighth does.
 /// What moves in front has no word.
@@ -38,9 +35,11 @@ class CameraMotion {
   [[nodiscard]] bool can_tell() const;
 
   /// @param picture  of the reference's size and type.  @param guess  where to begin to look.
-  /// @return nothing where too little of the room is found again; `kNoShift` where most of it stands still to half a
-  ///   pixel, so that a camera on a tripod does so to the last bit.
-  [[nodiscard]] std::optional<CameraShift> of(const cv::Mat& picture, const CameraShift& guess = kNoShift) const;
+  /// @param stands_px  what moves by less stands still.
+  /// @return nothing where too little of the room is found again; `kNoShift` where most of it stands still, so that a
+  ///   camera on a tripod does so to the last bit.
+  [[nodiscard]] std::optional<CameraShift> of(const cv::Mat& picture, const CameraShift& guess = kNoShift,
+                                              double stands_px = 0.5) const;
 
  private:
   std::vector<cv::Mat> pyramid_;
@@ -48,7 +47,7 @@ class CameraMotion {
 };
 
 /// Whether bringing pictures back makes most of what differs from the reference vanish in most parts of it: somebody
-/// who leans takes corners along, and the wall beside them stands still.
+/// who leans takes corners along, and the room beside them stands still. The light is made up for.
 /// @param shifts  as many; of those that are nothing, or `kNoShift`, nothing is asked.
 [[nodiscard]] bool explains(std::span<const std::optional<CameraShift>> shifts, std::span<const cv::Mat> pictures,
                             const cv::Mat& reference);

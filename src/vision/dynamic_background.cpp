@@ -138,12 +138,13 @@ cv::Mat DynamicBackground::without(const cv::Mat& mask, const cv::Mat& picture, 
                                    double threshold) const {
   if (area_.empty()) return mask;
   const int known = int(looks_.size()) / 3;
-  // Most of a body has a colour that was never about: nothing is to be searched for.
+  cv::Mat left = mask & area_;
+  left &= ~displaced(left, picture, background, threshold);
+  // Most of a body has a colour that was never about: nothing more is to be searched for.
   cv::Mat within;
   cv::inRange(picture, lowest_, highest_, within);
-  const cv::Mat others = mask & ~(area_ & within);
-  cv::Mat left = mask & area_ & within;
-  left &= ~displaced(left, picture, background, threshold);
+  const cv::Mat others = (mask & ~area_) | (left & ~within);
+  left &= within;
   cv::Mat times = cv::Mat::zeros(mask.size(), CV_8UC1);
   cv::Mat kept = cv::Mat::zeros(mask.size(), CV_8UC1);
   for (std::size_t k = 0; k < looks_.size(); ++k) {

@@ -2,6 +2,7 @@
 // What a look of the person network says of a picture's pixels.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <opencv2/core/mat.hpp>
@@ -21,7 +22,8 @@ struct PersonEvidence {
   };
   std::vector<Limb> limbs =
       {};  ///< Where bones are, as thick as clothes are; may be the person's whatever `likely` says,
-  std::vector<Limb> held = {};  ///< and so may what a hand holds.
+  std::vector<Limb> held = {};        ///< and so may what a hand holds.
+  std::optional<double> seen_s = {};  ///< When; nothing: in this picture.
 };
 
 /// Of the picture's height: hair, a held fan, what the silhouette rounds off.

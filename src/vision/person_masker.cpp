@@ -282,6 +282,8 @@ void PersonMasker::forget(const cv::Mat& picture) {
   background_.convertTo(running_, CV_32F);
   never_seen_.setTo(255);
   free_looks_.setTo(0);
+  last_mask_.release();
+  entering_s_.reset();
 }
 
 // What is seen while it is free, in the light of the plate: quickly at first, so that a jacket that the silhouette

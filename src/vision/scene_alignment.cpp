@@ -169,7 +169,7 @@ SceneAlignment align_scene(const cv::Mat& reference, const cv::Mat& picture) {
                        std::max(kSmallest, cvRound(size.height * shrink)));
   const double sigma = std::max(small.width, small.height) / 20.0;
   const Level level{evened(luminance(reference, small), sigma), evened(luminance(picture, small), sigma)};
-  const auto found = CameraMotion(in_bytes(level.reference)).of(in_bytes(level.picture));
+  const auto found = CameraMotion(in_bytes(level.reference)).of(in_bytes(level.picture), kNoShift, 0);
   if (!found || !plausible(*found, small)) return out;
   const auto blocks = agreement_of(level, *found);
   out.agreement = blocks.share;

@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kAbsorbed = 3;       // Seconds that something stands still which no look calls a person.
 constexpr double kSeenFor = 1 / 3.0;  // Seconds; a single look may be mistaken.
+constexpr double kLostFor = 1;        // Seconds until a camera that shakes is taken for moved.
 constexpr double kAgreement = 0.9;
 constexpr int kLooksAround = 4;         // times the edge's width
 constexpr int kWatchedRows = 240;       // Enough to tell that a camera moves.
@@ -92,8 +93,10 @@ std::optional<double> Segmenter::threshold() const {
 }
 
 // What was learned of the background by then holds.
-void Segmenter::meet(const PersonEvidence& person, double time_s) {
-  if (person.likely.empty()) {
+void Segmenter::meet(const PersonEvidence& person, const cv::Mat& differs, double time_s) {
+  constexpr double kDiffers = 0.2;  // Of a person; of the foot of a table that is mistaken for one nothing does.
+  const cv::Mat likely = person.likely.empty() ? cv::Mat() : cv::Mat(person.likely > 127);
+  if (likely.empty() || cv::countNonZero(likely & differs) < kDiffers * cv::countNonZero(likely)) {
     there_since_s_.reset();
     return;
   }
@@ -109,32 +112,69 @@ void Segmenter::meet(const PersonEvidence& person, double time_s) {
 Segmenter::Segmenter(std::optional<BodyMasker> colour, DepthMasker depth, MaskOptions options)
     : colour_(std::move(colour)), depth_(std::move(depth)), options_(std::move(options)) {}
 
-void Segmenter::follow_camera(CameraKind kind, const cv::Mat& plate) {
+void Segmenter::follow_camera(const BackgroundEstimate& background) {
   camera_.reset();
-  if (kind == CameraKind::kStill) return;
-  const auto reference = kind == CameraKind::kMayMove ? at_most_rows(plate, kWatchedRows) : plate;
-  camera_ = {kind, reference, CameraMotion(reference), kNoShift};
+  const auto& plate = background.plate;
+  if (background.camera == CameraKind::kShakes) {
+    // Corners of what stood before a wall that was never seen are no corners of the room.
+    camera_ = {CameraKind::kShakes, plate, CameraMotion(plate, background.never_seen), {}, {}};
+  } else if (background.camera == CameraKind::kMayMove) {
+    watch(plate, {});
+  }
+}
+
+// From now on whether the camera moves is seen from picture to picture.
+void Segmenter::watch(const cv::Mat& picture, const PersonEvidence& person) {
+  const auto small = at_most_rows(picture, kWatchedRows);
+  cv::Mat covered;
+  if (!person.likely.empty()) {
+    cv::resize(possible(person, picture.size()), covered, small.size(), 0, 0, cv::INTER_NEAREST);
+  }
+  camera_ = {CameraKind::kMayMove, small, CameraMotion(small, covered), {}, {}};
 }
 
 MaskResult Segmenter::process(const cv::Mat& picture, const cv::Mat& depth_mm, double time_s,
                               const PersonEvidence& person) {
   if (!camera_) return of_steady(picture, depth_mm, time_s, person);
-  auto& camera = *camera_;
-  if (camera.kind == CameraKind::kMayMove) {
-    // Where it stands for a while, what is behind the person is learned.
-    const auto small = at_most_rows(picture, kWatchedRows);
-    const std::array shift = {camera.motion.of(small)};
-    const bool moves = shift[0] && shift[0] != kNoShift && explains(shift, {&small, 1}, camera.plate);
-    camera.motion = CameraMotion(small);
-    camera.plate = small;
-    if (moves && person_) person_->forget(picture);
-    auto result = of_steady(picture, depth_mm, time_s, person);
-    result.camera_moved = moves && person_;
-    return result;
+  return camera_->kind == CameraKind::kShakes ? of_shaken(picture, depth_mm, time_s, person)
+                                              : of_watched(picture, depth_mm, time_s, person);
+}
+
+// Where the camera stands for a while, what is behind the person is learned.
+MaskResult Segmenter::of_watched(const cv::Mat& picture, const cv::Mat& depth_mm, double time_s,
+                                 const PersonEvidence& person) {
+  const auto small = at_most_rows(picture, kWatchedRows);
+  const std::array shift = {camera_->motion.of(small)};
+  const bool lost = camera_->motion.can_tell() && !shift[0];
+  const bool moves = lost || (shift[0] && shift[0] != kNoShift && explains(shift, {&small, 1}, camera_->plate));
+  // Since the last move, so that a slow one adds up.
+  if (moves || !camera_->motion.can_tell()) watch(picture, person);
+  if (moves && person_) person_->forget(picture);
+  auto result = of_steady(picture, depth_mm, time_s, person);
+  if (moves && !person_) {
+    result.mask = cv::Mat::zeros(picture.size(), CV_8UC1);
+    result.area = result.inferred = 0;
+    result.body = result.cut = false;
   }
-  auto shift = camera.motion.of(picture, camera.last);
-  if (!shift && camera.last != kNoShift) shift = camera.motion.of(picture);
+  result.camera_moved = moves;
+  return result;
+}
+
+// The picture is brought to where the camera was, and its mask back.
+MaskResult Segmenter::of_shaken(const cv::Mat& picture, const cv::Mat& depth_mm, double time_s,
+                                const PersonEvidence& person) {
+  auto& camera = *camera_;
+  const auto last = camera.shifts.empty() ? kNoShift : camera.shifts.back().second;
+  auto shift = camera.motion.of(picture, last);
+  if (!shift && last != kNoShift) shift = camera.motion.of(picture);
   if (!shift) {
+    if (!camera.lost_since_s) camera.lost_since_s = time_s;
+    if (time_s - *camera.lost_since_s >= std::max(kLostFor, options_.relearn_s)) {
+      // It stands elsewhere for good.
+      watch(picture, person);
+      if (person_) person_->forget(picture);
+      return of_steady(picture, depth_mm, time_s, person);
+    }
     MaskResult result;
     if (person_) {
       result = person_->silhouette(person);
@@ -144,17 +184,31 @@ MaskResult Segmenter::process(const cv::Mat& picture, const cv::Mat& depth_mm, d
     result.camera_moved = true;
     return result;
   }
-  camera.last = *shift;
-  auto result = of_steady(brought_back(picture, *shift, camera.plate), depth_mm, time_s, brought_back(person, *shift));
-  if (*shift == kNoShift) return result;
+  camera.lost_since_s.reset();
+  camera.shifts.emplace_back(time_s, *shift);
+  constexpr std::size_t kKept = 120;  // A look is at most so many frames old.
+  if (camera.shifts.size() > kKept) camera.shifts.pop_front();
+  // A look is of a frame before, when the camera was elsewhere.
+  const double seen_s = person.seen_s.value_or(time_s);
+  const auto then =
+      std::ranges::min_element(camera.shifts, {}, [&](const auto& one) { return std::abs(one.first - seen_s); });
+  auto result =
+      of_steady(brought_back(picture, *shift, camera.plate), depth_mm, time_s, brought_back(person, then->second));
+  if (*shift == kNoShift || !result.body) return result;
   // Beyond what the plate shows the network alone has a word.
-  const bool seen = result.body && person_ && !person.likely.empty();
-  const cv::Mat beyond = seen ? person_->silhouette(person).mask : cv::Mat::zeros(picture.size(), CV_8UC1);
+  cv::Mat beyond = cv::Mat::zeros(picture.size(), CV_8UC1);
+  if (person_ && !person.likely.empty()) beyond = person_->silhouette(person).mask;
+  const int before = result.area;
+  const int shown = cv::countNonZero(taken_along(result.mask, *shift, cv::Mat::zeros(picture.size(), CV_8UC1)));
   result.mask = taken_along(result.mask, *shift, beyond);
   result.area = cv::countNonZero(result.mask);
-  result.body = result.area > 0;
+  result.inferred = std::min(result.area, result.inferred + result.area - shown);
+  constexpr int kLeast = 10;  // A tenth of it is more than a remnant at the border.
+  result.body = kLeast * result.area > before;
   const auto box = cv::boundingRect(result.mask);
-  result.cut = result.body && (box.x == 0 || box.y == 0 || box.br().x == picture.cols || box.br().y == picture.rows);
+  result.cut = result.body &&
+               (result.cut || box.x == 0 || box.y == 0 || box.br().x == picture.cols || box.br().y == picture.rows);
+  if (!result.body) result = {.mask = cv::Mat::zeros(picture.size(), CV_8UC1), .sudden = result.sudden};
   return result;
 }
 
@@ -163,6 +217,7 @@ MaskResult Segmenter::of_steady(const cv::Mat& picture, const cv::Mat& depth_mm,
   if (person_) return person_->process(picture, person, time_s);
   MaskResult by_colour;
   if (colour_) by_colour = colour_->process(picture, time_s);
+  if (as_it_turns_out_) meet(person, by_colour.mask, time_s);
   if (!depth_) return by_colour;
   if (depth_mm.empty()) {
     if (!colour_) by_colour.mask = cv::Mat::zeros(picture.size(), CV_8UC1);

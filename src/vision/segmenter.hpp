@@ -2,8 +2,10 @@
 // From a frame's picture, its depth or both to the body's silhouette.
 #pragma once
 
+#include <deque>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include <opencv2/core/mat.hpp>
 
@@ -55,10 +57,12 @@ class Segmenter {
   [[nodiscard]] MaskResult process(const cv::Mat& picture, const cv::Mat& depth_mm, double time_s,
                                    const PersonEvidence& person = {});
 
-  /// Of a camera that shakes every picture is brought to where it was when it took `plate`, and its mask back; where
-  /// too little of the room is found again the network's silhouette stands alone, or there is no body. Of one that may
-  /// move the silhouette stands alone wherever it does. Of pictures alone, not of depth.
-  void follow_camera(CameraKind kind, const cv::Mat& plate);
+  /// Of a camera that shakes every picture is brought to where it was when it took the plate, and its mask back; where
+  /// too little of the room is found again the network's silhouette stands alone, or there is no body, and after a
+  /// second the camera counts as one that may move. Of such a one the silhouette stands alone wherever it does, or
+  /// there is no body. Of pictures alone, not of depth.
+  /// @param background  its plate, camera and never_seen are used.
+  void follow_camera(const BackgroundEstimate& background);
 
   [[nodiscard]] bool uses_depth() const { return depth_.has_value(); }
   [[nodiscard]] bool wants_person() const { return person_.has_value() || as_it_turns_out_; }
@@ -69,7 +73,12 @@ class Segmenter {
  private:
   [[nodiscard]] MaskResult of_steady(const cv::Mat& picture, const cv::Mat& depth_mm, double time_s,
                                      const PersonEvidence& person);
-  void meet(const PersonEvidence& person, double time_s);
+  [[nodiscard]] MaskResult of_shaken(const cv::Mat& picture, const cv::Mat& depth_mm, double time_s,
+                                     const PersonEvidence& person);
+  [[nodiscard]] MaskResult of_watched(const cv::Mat& picture, const cv::Mat& depth_mm, double time_s,
+                                      const PersonEvidence& person);
+  void watch(const cv::Mat& picture, const PersonEvidence& person);
+  void meet(const PersonEvidence& person, const cv::Mat& differs, double time_s);
   [[nodiscard]] MaskResult finished(cv::Mat mask, const DepthMask& depth) const;
 
   std::optional<BodyMasker> colour_;
@@ -78,9 +87,10 @@ class Segmenter {
   MaskOptions options_;
   struct Camera {
     CameraKind kind;
-    cv::Mat plate;        // Of a camera that may move the last picture, reduced.
+    cv::Mat plate;        // Of a camera that may move the picture after its last move, reduced.
     CameraMotion motion;  // Since then.
-    CameraShift last;
+    std::deque<std::pair<double, CameraShift>> shifts;  // Of the last frames, by their times in seconds.
+    std::optional<double> lost_since_s;
   };
   std::optional<Camera> camera_;
   bool as_it_turns_out_ = false;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -16,10 +17,16 @@
 
 namespace choreo::test {
 
+struct MaskFigures {
+  double mean_iou = 0;
+  nlohmann::json summary;
+};
+
 /// Mean intersection over union of the program's masks with the truth, over the frames whose truth has a body.
 /// Expects no body where the truth has none.
 /// @param from_s  frames before are not looked at.
-inline double mean_iou(const std::string& source, const std::vector<std::string>& more = {}, double from_s = 0) {
+inline MaskFigures mask_figures(const std::string& source, const std::vector<std::string>& more = {},
+                                double from_s = 0) {
   const TempFolder folder;
   std::vector<std::string> arguments{"--save", "masks", "--set", "plot.width_px=320", "--set", "plot.thumbnails=0"};
   arguments.insert(arguments.end(), more.begin(), more.end());
@@ -55,7 +62,12 @@ inline double mean_iou(const std::string& source, const std::vector<std::string>
   EXPECT_GT(bodies, 0) << source;
   const double mean = sum / bodies;
   std::printf("%s: mean IoU %.4f over %d frames\n", source.c_str(), mean, bodies);
-  return mean;
+  const auto summary = read_bytes(folder / "out/summary.json");
+  return {mean, nlohmann::json::parse(summary.begin(), summary.end())};
+}
+
+inline double mean_iou(const std::string& source, const std::vector<std::string>& more = {}, double from_s = 0) {
+  return mask_figures(source, more, from_s).mean_iou;
 }
 
 }  // namespace choreo::test

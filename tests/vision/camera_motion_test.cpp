@@ -16,6 +16,17 @@
 namespace choreo::vision {
 namespace {
 
+// How far it takes the picture's farthest corner, px.
+double farthest(const CameraShift& shift, cv::Size size) {
+  double most = 0;
+  for (const auto& corner : {cv::Point2d(0, 0), cv::Point2d(size.width - 1, 0), cv::Point2d(0, size.height - 1),
+                             cv::Point2d(size.width - 1, size.height - 1)}) {
+    const cv::Vec2d to = shift * cv::Vec3d(corner.x, corner.y, 1);
+    most = std::max(most, std::hypot(to[0] - corner.x, to[1] - corner.y));
+  }
+  return most;
+}
+
 cv::Mat painted_room() {
   devices::synthetic::PerformerSettings settings;
   settings.size = {320, 240};
@@ -146,9 +157,10 @@ PersonEvidence seen(const cv::Mat& mask) {
   return person;
 }
 
-BackgroundEstimate plate_of(const cv::Mat& room) {
+BackgroundEstimate plate_of(const cv::Mat& room, CameraKind camera = CameraKind::kStill) {
   BackgroundEstimate estimate;
   estimate.plate = room;
+  estimate.camera = camera;
   return estimate;
 }
 
@@ -166,7 +178,7 @@ TEST(SegmenterOfAMovingCamera, BeforeACameraThatShakesTheMaskIsWhereTheBodyIs) {
   Segmenter by_colour(BodyMasker(room, 1, {}));
   Segmenter of_person(PersonMasker(plate_of(room), {}));
   for (auto* segmenter : {&by_colour, &of_person}) {
-    segmenter->follow_camera(CameraKind::kShakes, room);
+    segmenter->follow_camera(plate_of(room, CameraKind::kShakes));
     double time_s = 0;
     for (const auto& shift : {turned(0, 1, {0, 0}), turned(0.5, 1, {7, -4}), turned(-1, 1.01, {-9, 3})}) {
       const auto truth = moved(body_at(kBody), shift);
@@ -186,10 +198,10 @@ TEST(SegmenterOfAMovingCamera, WhereTheRoomIsNotFoundAgainTheNetworkAloneHasAWor
   cv::Mat other(room.size(), CV_8UC3);
   cv::RNG(7).fill(other, cv::RNG::UNIFORM, 0, 255);
   Segmenter by_colour(BodyMasker(room, 1, {}));
-  by_colour.follow_camera(CameraKind::kShakes, room);
+  by_colour.follow_camera(plate_of(room, CameraKind::kShakes));
   EXPECT_FALSE(by_colour.process(other, {}, 0).body);
   Segmenter of_person(PersonMasker(plate_of(room), {}));
-  of_person.follow_camera(CameraKind::kShakes, room);
+  of_person.follow_camera(plate_of(room, CameraKind::kShakes));
   EXPECT_GT(overlap(of_person.process(other, {}, 0, seen(body_at(kBody))).mask, body_at(kBody)), 0.99);
   EXPECT_FALSE(of_person.process(other, {}, 1).body);
 }
@@ -197,7 +209,7 @@ TEST(SegmenterOfAMovingCamera, WhereTheRoomIsNotFoundAgainTheNetworkAloneHasAWor
 TEST(SegmenterOfAMovingCamera, OfOneThatMovesTheNetworkAloneHasAWordUntilItStandsStill) {
   const auto room = painted_room();
   Segmenter segmenter(PersonMasker(plate_of(room), {}));
-  segmenter.follow_camera(CameraKind::kMayMove, room);
+  segmenter.follow_camera(plate_of(room, CameraKind::kMayMove));
   double time_s = 0;
   const auto shown = [&](double pan, cv::Rect body, const cv::Mat& silhouette) {
     auto picture = moved(room, turned(0, 1, {pan, 0}));
@@ -210,6 +222,60 @@ TEST(SegmenterOfAMovingCamera, OfOneThatMovesTheNetworkAloneHasAWordUntilItStand
   const cv::Rect beside = kBody + cv::Point(80, 0);
   const cv::Rect less(beside.x + 3, beside.y + 3, beside.width - 6, beside.height - 6);
   EXPECT_GT(overlap(shown(-80, beside, body_at(less)), body_at(beside)), 0.97);
+}
+
+TEST(SegmenterOfAMovingCamera, ASlowPanAddsUpAndNobodyIsKeptWhereTheyWere) {
+  const auto room = painted_room();
+  Segmenter segmenter(PersonMasker(plate_of(room), {}));
+  segmenter.follow_camera(plate_of(room, CameraKind::kMayMove));
+  int moved_frames = 0;
+  MaskResult result;
+  for (int k = 1; k <= 40; ++k) {
+    auto picture = moved(room, turned(0, 1, {-0.4 * k, 0}));
+    picture.setTo(kShirt, body_at(kBody));
+    result = segmenter.process(picture, {}, 0.04 * k, seen(body_at(kBody)));
+    moved_frames += result.camera_moved ? 1 : 0;
+  }
+  EXPECT_GT(overlap(result.mask, body_at(kBody)), 0.97);
+  EXPECT_GE(moved_frames, 4);
+  // The network loses them while the camera moves on.
+  EXPECT_FALSE(segmenter.process(moved(room, turned(0, 1, {-40, 0})), {}, 2, {}).body);
+}
+
+TEST(SegmenterOfAMovingCamera, AShakenOneThatStandsElsewhereForASecondIsTakenAsItStands) {
+  const auto room = painted_room();
+  cv::Mat elsewhere;
+  cv::flip(room, elsewhere, 0);
+  auto with_body = elsewhere.clone();
+  with_body.setTo(kShirt, body_at(kBody));
+  Segmenter segmenter(BodyMasker(room, 1, {}));
+  segmenter.follow_camera(plate_of(room, CameraKind::kShakes));
+  for (int k = 0; k < 60; ++k) (void)segmenter.process(elsewhere, {}, 0.1 * k);
+  const auto result = segmenter.process(with_body, {}, 6);
+  EXPECT_FALSE(result.camera_moved);
+  EXPECT_GT(overlap(result.mask, body_at(kBody)), 0.95);
+}
+
+TEST(SegmenterOfAMovingCamera, ALookIsOfTheFrameItWasMadeAt) {
+  const auto room = painted_room();
+  auto estimate = plate_of(room, CameraKind::kShakes);
+  estimate.never_seen = body_at(kBody);  // So that the network's word is the mask.
+  Segmenter segmenter(PersonMasker(estimate, {}));
+  segmenter.follow_camera(estimate);
+  const auto then = turned(0, 1, {9, 0}), now = turned(0, 1, {-9, 0});
+  auto person = seen(moved(body_at(kBody), then));
+  person.seen_s = 0.1;
+  (void)segmenter.process(moved(room, then), {}, 0.1, person);
+  const auto mask = segmenter.process(moved(room, now), {}, 0.2, person).mask;
+  EXPECT_GT(overlap(mask, moved(body_at(kBody), now)), 0.95);
+}
+
+TEST(CameraMotion, AnotherLightIsNoMovement) {
+  const auto room = painted_room();
+  const auto shift = turned(0, 1, {6, 3});
+  cv::Mat brighter;
+  moved(room, shift).convertTo(brighter, -1, 1.1, 25);
+  EXPECT_TRUE(explains(std::vector<std::optional<CameraShift>>{shift}, std::vector<cv::Mat>{brighter}, room));
 }
 
 }  // namespace

@@ -158,6 +158,31 @@ TEST(Segmenter, WhileTheRoomsDepthIsLearnedAnewColourDecides) {
   EXPECT_GE(test::iou(result.mask, segment(kFigure)), 0.98);
 }
 
+TEST(Segmenter, AsItTurnsOutWhateverDiffersIsBodyUntilAPersonWasSeenForAThirdOfASecond) {
+  BackgroundEstimate estimate;
+  estimate.plate = wall();
+  estimate.noise = 1;
+  Segmenter segmenter(estimate, {}, false);
+  const cv::Rect chair(120, 60, 24, 40);
+  auto both = picture();
+  both(chair).setTo(cv::Scalar(200, 200, 30));
+  PersonEvidence person;
+  person.likely = segment(kFigure);
+  person.doubt_px = 1;
+  EXPECT_NE(cv::countNonZero(segmenter.process(both, {}, 0, {}).mask(chair)), 0);
+  // What is no different from the room is no person.
+  for (double t = 0.1; t < 1; t += 0.1) (void)segmenter.process(wall(), {}, t, person);
+  EXPECT_FALSE(segmenter.of_person());
+  for (double t = 1; t < 1.3; t += 0.1) {
+    EXPECT_NE(cv::countNonZero(segmenter.process(both, {}, t, person).mask(chair)), 0) << t;
+  }
+  for (double t = 1.3; t < 1.6; t += 0.1) (void)segmenter.process(both, {}, t, person);
+  EXPECT_TRUE(segmenter.of_person());
+  const auto mask = segmenter.process(both, {}, 1.7, person).mask;
+  EXPECT_EQ(cv::countNonZero(mask(chair)), 0);
+  EXPECT_GT(cv::countNonZero(mask), 0.95 * kFigure.area());
+}
+
 TEST(Segmentation, HasThreeNames) {
   EXPECT_EQ(segmentation_named("colour"), Segmentation::kColour);
   EXPECT_EQ(segmentation_named("depth"), Segmentation::kDepth);
