@@ -145,10 +145,13 @@ MaskResult Segmenter::of_watched(const cv::Mat& picture, const cv::Mat& depth_mm
                                  const PersonEvidence& person) {
   const auto small = at_most_rows(picture, kWatchedRows);
   const std::array shift = {camera_->motion.of(small)};
-  const bool lost = camera_->motion.can_tell() && !shift[0];
-  const bool moves = lost || (shift[0] && shift[0] != kNoShift && explains(shift, {&small, 1}, camera_->plate));
+  // Once may be somebody who steps before the corners; a pan goes on.
+  const bool lost = !shift[0] && camera_->motion.can_tell();
+  const bool moves = (lost && camera_->lost_since_s) ||
+                     (shift[0] && shift[0] != kNoShift && explains(shift, {&small, 1}, camera_->plate));
   // Since the last move, so that a slow one adds up.
-  if (moves || !camera_->motion.can_tell()) watch(picture, person);
+  if (moves || !shift[0]) watch(picture, person);
+  camera_->lost_since_s = lost ? std::optional(time_s) : std::nullopt;
   if (moves && person_) person_->forget(picture);
   auto result = of_steady(picture, depth_mm, time_s, person);
   if (moves && !person_) {

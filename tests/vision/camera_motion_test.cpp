@@ -242,6 +242,15 @@ TEST(SegmenterOfAMovingCamera, ASlowPanAddsUpAndNobodyIsKeptWhereTheyWere) {
   EXPECT_FALSE(segmenter.process(moved(room, turned(0, 1, {-40, 0})), {}, 2, {}).body);
 }
 
+TEST(SegmenterOfAMovingCamera, SomebodyWhoStepsBeforeMostCornersIsNoMove) {
+  const auto room = painted_room();
+  Segmenter segmenter(BodyMasker(room, 1, {}));
+  segmenter.follow_camera(plate_of(room, CameraKind::kMayMove));
+  auto with_body = room.clone();
+  with_body(cv::Rect(10, 10, 300, 220)).setTo(kShirt);
+  for (int k = 0; k < 10; ++k) EXPECT_FALSE(segmenter.process(k < 5 ? room : with_body, {}, 0.1 * k).camera_moved) << k;
+}
+
 TEST(SegmenterOfAMovingCamera, AShakenOneThatStandsElsewhereForASecondIsTakenAsItStands) {
   const auto room = painted_room();
   cv::Mat elsewhere;
