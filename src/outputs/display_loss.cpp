@@ -6,6 +6,9 @@
 #include <dlfcn.h>
 
 #include <atomic>
+#include <thread>
+
+#include "core/error.hpp"
 
 namespace choreo::outputs {
 namespace {
@@ -13,11 +16,18 @@ namespace {
 // Of the process: Xlib may call its handler as late as in the last moments of it.
 std::atomic<bool> lost = false;
 
+std::thread::id windows;  // The thread that feeds the window.
+
 #ifdef SDL_VIDEO_DRIVER_X11
 
 int say_nothing(Display* /*display*/) { return 0; }
 
-void mark_lost(Display* /*display*/, void* /*data*/) { lost = true; }
+// Xlib would go on, and SDL takes the answers that it gets from then on for real (XGetModifierMapping's null pointer).
+// Where the window is fed, the way out leads past both: they are asked nothing any more.
+void mark_lost(Display* /*display*/, void* /*data*/) {
+  lost = true;
+  if (std::this_thread::get_id() == windows) throw failure(kDisplayGone);
+}
 
 // SDL loads Xlib at run time, and so do we: a machine without it has no use for it.
 template <typename F>
@@ -43,6 +53,7 @@ void survive_display_loss(SDL_Window* window) {
   auto* on_exit = of_xlib<void(Display*, void (*)(Display*, void*), void*)>("XSetIOErrorExitHandler");
   auto* on_error = of_xlib<int (*(int (*)(Display*)))(Display*)>("XSetIOErrorHandler");
   if (on_exit == nullptr || on_error == nullptr) return;
+  windows = std::this_thread::get_id();
   on_exit(info.info.x11.display, &mark_lost, nullptr);
   on_error(&say_nothing);
 #else

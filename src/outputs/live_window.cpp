@@ -30,7 +30,6 @@ namespace {
 constexpr int kTriangleWidth = 1200;
 constexpr double kSpans[] = {5, 10, 30, 60, 120, 300, 600, 1800, 3600};
 constexpr double kFirstSpan = 30;
-constexpr auto kDisplayGone = "the display is gone";
 constexpr auto kFrame = std::chrono::milliseconds(33);
 
 struct Destroy {
@@ -170,7 +169,10 @@ class LiveWindow::Impl {
   }
 
   void close() {
-    if (window_) SDL_PumpEvents();  // A display that is gone is found out by asking it.
+    try {
+      if (window_ && !display_is_lost()) SDL_PumpEvents();  // A display that is gone is found out by asking it.
+    } catch (const Error&) {
+    }
     if (display_is_lost()) {
       // Whatever is given back now would ask the display first: it is left to the end of the process.
       for (auto* p : {&page_, &figures_, &video_, &triangle_}) p->abandon();
