@@ -29,8 +29,12 @@ struct PlotSettings {
 
 /// How people are looked for.
 struct PersonSettings {
-  std::string models;            ///< Folder of the network's files; empty: the usual one.
-  std::string network = "full";  ///< full, lite.
+  std::string models;               ///< Folder of the network's files; empty: the usual one.
+  std::string network = "full";     ///< full, lite.
+  std::string choose = "largest";   ///< largest, left, middle, right.
+  std::string others = "left-out";  ///< left-out, bodies.
+  double smooth_hz = 0;             ///< 0: joints are not filtered.
+  double smooth_hz_per_mps = 5;
   double looks_per_s = 10;
   double delay_s = 0.06;  ///< Of live runs.
 };

@@ -61,6 +61,21 @@ void add_person(std::vector<Field>& fields) {
   fields.push_back(text(
       "person.network", [](Options& o) -> std::string& { return o.person.network; }, one_of({"full", "lite"}),
       "\"full\" or \"lite\"", "The sure network or the quick one."));
+  fields.push_back(text(
+      "person.choose", [](Options& o) -> std::string& { return o.person.choose; },
+      one_of({"largest", "left", "middle", "right"}), "\"largest\", \"left\", \"middle\" or \"right\"",
+      "Who is followed, of several who are there at the beginning."));
+  fields.push_back(text(
+      "person.others", [](Options& o) -> std::string& { return o.person.others; }, one_of({"left-out", "bodies"}),
+      "\"left-out\" or \"bodies\"",
+      "Whether others whom the network sees are bodies in the mask, too, or are kept out of it."));
+  fields.push_back(number(
+      "person.smooth_hz", [](Options& o) -> double& { return o.person.smooth_hz; }, {0, 100},
+      "from 0, which filters nothing, to 100 Hz",
+      "Cutoff of the 1 euro filter that steadies joints at rest; 1 is usual, less is steadier and later."));
+  fields.push_back(number(
+      "person.smooth_hz_per_mps", [](Options& o) -> double& { return o.person.smooth_hz_per_mps; }, {0, 1000},
+      "from 0 to 1000 Hz", "How much higher the cutoff is for each metre a second that a joint moves."));
   fields.push_back(number(
       "person.looks_per_s", [](Options& o) -> double& { return o.person.looks_per_s; }, {0.1, 1000},
       "from 0.1 to 1000 looks a second", "How often the network looks; no frame is looked at twice."));

@@ -36,6 +36,7 @@ struct PersonSighting {
   Nanoseconds time{0};          ///< Of the frame that was looked at.
   devices::FramePtr frame;      ///< That one.
   std::optional<double> speed;  ///< Of the fastest joint since the look before, px/s; nothing at the first look.
+  std::optional<vision::PersonLook> smooth = {};  ///< The look with its joints filtered, where that is asked for.
 };
 
 /// One frame and everything said of it so far. A stage fills its fields and never touches another's.
@@ -59,6 +60,8 @@ struct Observation {
   int faces = 0;  ///< In sight, the performer's among them; not those that are known to hang on the wall.
 
   // From PersonStage.
+  std::vector<std::shared_ptr<const PersonSighting>>
+      others;                                    ///< Who else was there, likewise, each at their last look.
   std::shared_ptr<const PersonSighting> person;  ///< The last one so far; null where the last look saw nobody.
   std::optional<Nanoseconds> looked;             ///< The time of the frame whose look took effect at this one.
 

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
+
+#include <opencv2/core.hpp>
 
 namespace choreo::pipeline {
 namespace {
@@ -56,6 +59,22 @@ vision::PersonEvidence evidence_of(const PersonSighting& sighting, cv::Size size
   const double speed = std::min(sighting.speed.value_or(side), kFastest * side);
   evidence.seen_s = to_seconds(sighting.time);
   evidence.doubt_px += speed * to_seconds(std::max(now - sighting.time, Nanoseconds{0}));
+  return evidence;
+}
+
+vision::PersonEvidence evidence_of(const Observation& observation, cv::Size size, OtherPeople others) {
+  if (!observation.person) return {};
+  auto evidence = evidence_of(*observation.person, size, observation.time);
+  for (const auto& other : observation.others) {
+    const auto theirs = evidence_of(*other, size, observation.time);
+    if (others == OtherPeople::kBodies) {
+      evidence = vision::together(std::move(evidence), theirs);
+    } else if (evidence.others.empty()) {
+      evidence.others = theirs.likely;
+    } else {
+      cv::max(evidence.others, theirs.likely, evidence.others);
+    }
+  }
   return evidence;
 }
 

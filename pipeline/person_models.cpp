@@ -59,7 +59,7 @@ std::string missing_person_models(const PersonModelOptions& options) {
 vision::PersonSearch load_person_search(const PersonModelOptions& options) {
   const auto files = needed(options);
   auto network = load<vision::PersonNetwork>(folder_of(options) / files[0]);
-  return {std::move(network), load<vision::PersonDetector>(folder_of(options) / files[1])};
+  return {std::move(network), load<vision::PersonDetector>(folder_of(options) / files[1]), options.choice};
 }
 
 }  // namespace choreo::pipeline

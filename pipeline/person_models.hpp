@@ -27,6 +27,7 @@ inline constexpr const char* kPersonModelsRemedy =
 struct PersonModelOptions {
   std::string folder;  ///< Empty: the usual one.
   bool quick = false;  ///< The lite network instead of the full one.
+  vision::PersonChoice choice = vision::PersonChoice::kLargest;
 };
 
 /// The files that are missing; empty: none.

@@ -41,6 +41,13 @@ double fastest(const vision::PersonLook& a, const vision::PersonLook& b) {
   return most;
 }
 
+std::shared_ptr<PersonSighting> sighting(vision::PersonLook look, Nanoseconds time, devices::FramePtr frame,
+                                         const std::shared_ptr<const PersonSighting>& before) {
+  auto now = std::make_shared<PersonSighting>(PersonSighting{std::move(look), time, std::move(frame), {}, {}});
+  if (before && time > before->time) now->speed = fastest(before->look, now->look) / to_seconds(time - before->time);
+  return now;
+}
+
 }  // namespace
 
 // Written by the search, and read when it is done.
@@ -48,7 +55,9 @@ struct PersonStage::Look {
   devices::FramePtr frame;
   Nanoseconds time{0};
   vision::PersonQuery query;
+  std::optional<vision::OthersQuery> others_query;
   std::optional<vision::PersonLook> seen;
+  std::vector<std::optional<vision::PersonLook>> others_seen;
 };
 
 void PersonStageOptions::validate() const {
@@ -64,8 +73,10 @@ void PersonStageOptions::validate() const {
 PersonStage::PersonStage(vision::PersonSearch search, PersonStageOptions options)
     : options_(std::move(options)),
       search_(std::move(search)),
-      track_(options_.delay_s > 0 ? vision::PersonTrack::Seeks::kInTurns : vision::PersonTrack::Seeks::kEverywhere) {
+      track_(options_.delay_s > 0 ? vision::PersonTrack::Seeks::kInTurns : vision::PersonTrack::Seeks::kEverywhere),
+      others_(options_.delay_s > 0 ? vision::PersonTrack::Seeks::kInTurns : vision::PersonTrack::Seeks::kEverywhere) {
   options_.validate();
+  if (options_.smooth) filter_.emplace(*options_.smooth);
   if (options_.delay_s > 0) beside_.emplace("person-search", options_.waits, SearchBeside::WhenLate::kDefer);
 }
 
@@ -86,16 +97,32 @@ void PersonStage::take_effect(const std::shared_ptr<Look>& look, Observation& ob
   observation.looked = look->time;
   track_.update(look->seen);
   const auto before = std::exchange(last_, nullptr);
-  if (!look->seen) return;
+  const auto those_before = std::exchange(others_seen_, {});
+  if (!look->seen) {
+    others_ = vision::OthersTrack(others_.seeks());
+    if (filter_) filter_->forget();
+    return;
+  }
   ++seen_;
   if (!before && options_.seeks_per_s) next_.reset();  // Seeking is over.
   const auto& picture = observation.picture.empty() ? observation.frame->bgr : observation.picture;
   const double factor = picture.empty() ? 1.0 : double(picture.cols) / look->frame->bgr.cols;
-  auto now = std::make_shared<PersonSighting>(
-      PersonSighting{scaled(*std::move(look->seen), factor), look->time, look->frame, {}});
-  if (before && now->time > before->time)
-    now->speed = fastest(before->look, now->look) / to_seconds(now->time - before->time);
-  last_ = std::move(now);
+  const auto now = sighting(scaled(*std::move(look->seen), factor), look->time, look->frame, before);
+  if (filter_) now->smooth = filter_->next(now->look, to_seconds(now->time));
+  last_ = now;
+  if (look->others_query) others_.update(*look->others_query, look->others_seen, look->time.count());
+  // Who was lost leaves a gap: whose speed it is shows in the order, which stays.
+  for (const auto& [seen, when] : others_.known()) {
+    const auto scaled_one = scaled(seen, factor);
+    const auto earlier = std::ranges::find_if(
+        those_before, [&](const auto& one) { return vision::show_the_same(one->look, scaled_one); });
+    if (earlier != those_before.end() && (*earlier)->time.count() == when) {
+      others_seen_.push_back(*earlier);
+    } else {
+      others_seen_.push_back(
+          sighting(scaled_one, Nanoseconds(when), {}, earlier != those_before.end() ? *earlier : nullptr));
+    }
+  }
 }
 
 void PersonStage::process(Observation& observation) {
@@ -108,11 +135,15 @@ void PersonStage::process(Observation& observation) {
     }
   }
   if (!pending_ && !observation.frame->bgr.empty() && is_time(observation.time)) {
-    auto look = std::make_shared<Look>(Look{observation.frame, observation.time, track_.next(), {}});
+    auto look = std::make_shared<Look>(Look{observation.frame, observation.time, track_.next(), {}, {}, {}});
+    if (options_.others && (last_ || !beside_)) look->others_query = others_.next();
     const bool at_once = !beside_ || (options_.first_at_once && !std::exchange(asked_, true));
     const auto search = [this, look] {
       try {
         look->seen = search_.search(look->frame->bgr, look->query);
+        if (look->seen && look->others_query) {
+          look->others_seen = search_.search_others(look->frame->bgr, *look->others_query, look->seen);
+        }
       } catch (const cv::Exception& error) {
         throw failure(fmt::format("looking for a person failed: {}", error.err));
       }
@@ -126,6 +157,7 @@ void PersonStage::process(Observation& observation) {
     }
   }
   observation.person = last_;
+  observation.others = others_seen_;
 }
 
 }  // namespace choreo::pipeline

@@ -7,9 +7,11 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "pipeline/search_beside.hpp"
 #include "pipeline/stage.hpp"
+#include "vision/person/joint_filter.hpp"
 #include "vision/person/person_search.hpp"
 
 namespace choreo::pipeline {
@@ -20,7 +22,9 @@ struct PersonStageOptions {
   double delay_s = 0.06;  ///< At least, from the frame that is looked at to the one that knows, [0, 2]; 0: the stage
                           ///< looks itself, and frames wait for it.
   bool first_at_once = false;  ///< Frames wait for the first look, which else has an effect as late as the others.
-  bool waits = true;           ///< For a look that is not done when it is due; else it is due at the next frame again.
+  bool others = true;          ///< Whether others are looked for as well.
+  std::optional<vision::JointFilterOptions> smooth = {};  ///< Of the person's joints; nothing: as they are seen.
+  bool waits = true;  ///< For a look that is not done when it is due; else it is due at the next frame again.
   /// Told of every frame at which a look was due and not done: its sequence number. Called by the thread that calls
   /// `process`.
   std::function<void(std::uint64_t)> on_late = {};
@@ -28,7 +32,7 @@ struct PersonStageOptions {
   void validate() const;  ///< @throws Error (usage) naming the option, its value and its range.
 };
 
-/// picture -> person.
+/// picture -> person, others.
 ///
 /// There is one look at a time: a machine that is busy looks less often, and no frame waits. Which frames are looked at
 /// depends on their times and on when looks took effect, where is looked on what they saw: the same frames and the same
@@ -54,7 +58,10 @@ class PersonStage final : public Stage {
   PersonStageOptions options_;
   vision::PersonSearch search_;  // The looks'.
   vision::PersonTrack track_;
+  vision::OthersTrack others_;
+  std::optional<vision::JointFilter> filter_;
   std::shared_ptr<const PersonSighting> last_;
+  std::vector<std::shared_ptr<const PersonSighting>> others_seen_;
   std::optional<Nanoseconds> next_;
   bool asked_ = false;
   std::uint64_t looks_ = 0, seen_ = 0;

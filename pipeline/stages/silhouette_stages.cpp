@@ -13,7 +13,7 @@ void PictureStage::process(Observation& observation) {
 
 void MaskStage::process(Observation& o) {
   vision::PersonEvidence person;
-  if (segmenter_.wants_person() && o.person) person = evidence_of(*o.person, o.picture.size(), o.time);
+  if (segmenter_.wants_person()) person = evidence_of(o, o.picture.size(), others_);
   o.mask = segmenter_.process(o.picture, o.depth_mm, to_seconds(o.time), person);
 }
 

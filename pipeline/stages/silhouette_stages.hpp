@@ -3,6 +3,7 @@
 #pragma once
 
 #include "body/silhouette_features.hpp"
+#include "pipeline/person_evidence.hpp"
 #include "pipeline/stage.hpp"
 #include "vision/segmenter.hpp"
 
@@ -23,12 +24,14 @@ class PictureStage final : public Stage {
 /// picture, depth, person -> mask.
 class MaskStage final : public Stage {
  public:
-  explicit MaskStage(vision::Segmenter segmenter) : segmenter_(std::move(segmenter)) {}
+  explicit MaskStage(vision::Segmenter segmenter, OtherPeople others = OtherPeople::kLeftOut)
+      : segmenter_(std::move(segmenter)), others_(others) {}
   [[nodiscard]] std::string name() const override { return "mask"; }
   void process(Observation& observation) override;
 
  private:
   vision::Segmenter segmenter_;
+  OtherPeople others_;
 };
 
 /// mask -> state, quantity of motion, contraction.

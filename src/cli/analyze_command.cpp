@@ -50,7 +50,8 @@ What it writes into DIR:
   particles.csv  with --save particles: one row a frame: face, arms and the
                  particle state, in face widths
   joints.csv     with --save joints: one row a frame: 33 points of the person,
-                 in pixels and in metres, by the person network
+                 in pixels and in metres, by the person network;
+                 joints_smooth.csv beside it where person.smooth_hz is set
   letters.json   with --recognise semaphore: letters with times, and the text
   summary.json   source, sizes, settings, warnings, timings
 A set of pictures (a folder whose names are no numbered sequence, or with
@@ -116,7 +117,7 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   std::vector<std::string> more;
   if (save_masks) more.emplace_back("masks.npy");
   if (save_particles) more.emplace_back("particles.csv");
-  if (save_joints) more.emplace_back("joints.csv");
+  if (save_joints) std::ranges::copy(JointsRecord::files(settings), std::back_inserter(more));
   if (options.signals.reads()) more.emplace_back("letters.json");
   announce_files(summary, files, settings, more);
   const auto frames = expected_frames(summary, prepared.selection, std::size_t(settings.matrix_rows));
@@ -160,7 +161,7 @@ int analyze(const AnalyzeOptions& options, Session& session) {
       stages.push_back(std::move(joints_record));
     }
   }
-  stages.push_back(std::make_unique<pipeline::MaskStage>(std::move(masker)));
+  stages.push_back(std::make_unique<pipeline::MaskStage>(std::move(masker), others_of(settings)));
   stages.push_back(std::make_unique<pipeline::StateStage>(settings.motion_window_s));
   if (arms) chain->add_to(stages);
   std::unique_ptr<KeptStates> states;
@@ -195,7 +196,7 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   if (save_particles) {
     outputs::write_file(files.add("particles.csv"), outputs::particles_csv(record.particle_rows()));
   }
-  if (joints != nullptr) outputs::write_file(files.add("joints.csv"), joints->csv());
+  if (joints != nullptr) joints->write(files, settings);
   if (options.signals.reads()) {
     chain->finish();
     outputs::write_file(files.add("letters.json"), letters_json(*chain));

@@ -177,7 +177,7 @@ int calibrate(const CalibrateOptions& options, Session& session) {
   if (masker.wants_person()) {
     stages.push_back(person_stage(load_people(settings), settings, true, masker.of_person()));
   }
-  stages.push_back(std::make_unique<pipeline::MaskStage>(std::move(masker)));
+  stages.push_back(std::make_unique<pipeline::MaskStage>(std::move(masker), others_of(settings)));
   chain.add_to(stages);
   auto owned = std::make_unique<ReachStage>();
   const auto& reach = *owned;

@@ -257,7 +257,7 @@ int live(const LiveOptions& options, Session& session) {
     files.emplace(options.out);
     std::vector<std::string> more;
     if (options.signals.reads()) more.emplace_back("letters.json");
-    if (options.joints) more.emplace_back("joints.csv");
+    if (options.joints) std::ranges::copy(JointsRecord::files(settings), std::back_inserter(more));
     announce_files(summary, *files, settings, more);
   }
   const bool keeps_up = pace == pipeline::Pace::kLive || summary.source.live;
@@ -361,7 +361,8 @@ int live(const LiveOptions& options, Session& session) {
       picture = outputs::drawn_over(picture, overlay_of(o, picture.size()));
     }
     if (o.person && options.joints && joints_shown) {
-      picture = outputs::joints_drawn_over(picture, o.person->look, double(picture.cols) / o.picture.cols);
+      const auto& look = o.person->smooth ? *o.person->smooth : o.person->look;
+      picture = outputs::joints_drawn_over(picture, look, double(picture.cols) / o.picture.cols);
     }
     window->show(picture, o.mask.mask, to_seconds(o.time), o.z_row, o.zstar_row);
     if (auto lines = figures.next(o, clock.now())) window->tell(std::move(*lines));
@@ -372,7 +373,7 @@ int live(const LiveOptions& options, Session& session) {
   if (owned_person) {
     stages.push_back(std::move(owned_person));
   }
-  stages.push_back(std::make_unique<pipeline::MaskStage>(std::move(masker)));
+  stages.push_back(std::make_unique<pipeline::MaskStage>(std::move(masker), others_of(settings)));
   stages.push_back(std::make_unique<pipeline::StateStage>(settings.motion_window_s));
   if (arms) chain->add_to(stages);
   stages.push_back(history.stage(length, clock, &row_cost));
@@ -440,7 +441,7 @@ int live(const LiveOptions& options, Session& session) {
     const auto comparer = history.comparer(record);
     summary.canvas = history.canvas();
     if (options.signals.reads()) outputs::write_file(files->add("letters.json"), letters_json(*chain));
-    if (joints != nullptr) outputs::write_file(files->add("joints.csv"), joints->csv());
+    if (joints != nullptr) joints->write(*files, settings);
     auto results = gathered();
     results.thumbnails = record.thumbnails().chosen(results.rows.front().time_s);
     write_results(summary, config, *comparer, std::move(results), nullptr, *files, session, clock);

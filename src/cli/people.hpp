@@ -15,6 +15,8 @@
 #include "config/options.hpp"
 #include "core/time.hpp"
 #include "outputs/joints_csv.hpp"
+#include "outputs/output_set.hpp"
+#include "pipeline/person_evidence.hpp"
 #include "pipeline/stage.hpp"
 #include "pipeline/stages/person_stage.hpp"
 #include "vision/person_masker.hpp"
@@ -23,6 +25,9 @@ namespace choreo::cli {
 
 /// The network that the settings name. @throws Error (usage) where a file is missing or cannot be used.
 [[nodiscard]] vision::PersonSearch load_people(const config::Options& settings);
+
+/// What becomes of the others who are seen.
+[[nodiscard]] pipeline::OtherPeople others_of(const config::Options& settings);
 
 /// Whether the files of the usual folder are missing. A folder that was chosen has to have them.
 [[nodiscard]] bool lacks_people(const config::Options& settings);
@@ -63,12 +68,14 @@ class JointsRecord final : public pipeline::Stage {
   [[nodiscard]] std::string name() const override { return "joints"; }
   void process(pipeline::Observation& observation) override;
 
-  [[nodiscard]] std::string csv() const;
+  /// joints.csv, and joints_smooth.csv where joints are filtered.
+  [[nodiscard]] static std::vector<std::string> files(const config::Options& settings);
+  void write(outputs::OutputSet& files, const config::Options& settings) const;
 
  private:
   Keeps keeps_;
   std::deque<outputs::JointsFrame> frames_;
-  std::deque<outputs::JointsLook> looks_;
+  std::deque<outputs::JointsLook> looks_, smooth_;  // Of the same times.
 };
 
 /// After a live run of so many seconds and frames: one line where it looked less than half as often as the settings ask

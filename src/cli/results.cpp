@@ -17,9 +17,9 @@ namespace choreo::cli {
 namespace {
 
 // What a run may write, and an earlier run may have left.
-constexpr const char* kAllFiles[] = {"plot.png",     "triangle.png", "z.npy",      "zstar.npy",    "times.npy",
-                                     "frames.csv",   "masks.npy",    "plot.svg",   "triangle.svg", "particles.csv",
-                                     "letters.json", "pictures.png", "joints.csv", "summary.json"};
+constexpr const char* kAllFiles[] = {"plot.png",     "triangle.png", "z.npy",      "zstar.npy",         "times.npy",
+                                     "frames.csv",   "masks.npy",    "plot.svg",   "triangle.svg",      "particles.csv",
+                                     "letters.json", "pictures.png", "joints.csv", "joints_smooth.csv", "summary.json"};
 
 constexpr double kSomeOfThePicture = 0.01;
 

@@ -27,10 +27,30 @@ cv::Mat possible(const PersonEvidence& person, cv::Size size) {
   return out;
 }
 
+cv::Mat others_alone(const PersonEvidence& person) {
+  constexpr double kLikely = 127;
+  if (person.others.empty() || person.likely.empty()) return {};
+  return (person.others > kLikely) & (person.others > person.likely);
+}
+
+PersonEvidence together(PersonEvidence person, const PersonEvidence& other) {
+  if (other.likely.empty()) return person;
+  if (person.likely.empty()) return other;
+  cv::Mat likely;
+  cv::max(person.likely, other.likely, likely);
+  person.likely = likely;
+  person.doubt_px = std::max(person.doubt_px, other.doubt_px);
+  person.limbs.insert(person.limbs.end(), other.limbs.begin(), other.limbs.end());
+  person.held.insert(person.held.end(), other.held.begin(), other.held.end());
+  return person;
+}
+
 PersonEvidence brought_back(const PersonEvidence& person, const CameraShift& shift) {
   if (person.likely.empty() || shift == kNoShift) return person;
   auto out = person;
-  out.likely = brought_back(person.likely, shift, cv::Mat::zeros(person.likely.size(), CV_8UC1));
+  const cv::Mat nothing = cv::Mat::zeros(person.likely.size(), CV_8UC1);
+  out.likely = brought_back(person.likely, shift, nothing);
+  if (!person.others.empty()) out.others = brought_back(person.others, shift, nothing);
   CameraShift back;
   cv::invertAffineTransform(shift, back);
   for (auto* limbs : {&out.limbs, &out.held}) {

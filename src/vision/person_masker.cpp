@@ -152,6 +152,7 @@ PersonMasker::PersonMasker(const BackgroundEstimate& estimate, MaskOptions optio
   never_seen_ = estimate.never_seen.empty() ? cv::Mat::zeros(background_.size(), CV_8UC1) : estimate.never_seen.clone();
   free_looks_ = cv::Mat(background_.size(), CV_8UC1, cv::Scalar(kYoung));
   free_looks_.setTo(0, never_seen_);
+  lately_ = cv::Mat::zeros(background_.size(), CV_8UC1);
   allowed_ = allowed_area(options_, background_.size());
 }
 
@@ -204,14 +205,19 @@ MaskResult PersonMasker::process(const cv::Mat& picture, const PersonEvidence& l
   MaskResult result;
   result.mask = cv::Mat::zeros(picture.size(), CV_8UC1);
 
+  constexpr double kMoment = 0.3;
+  cv::subtract(lately_, 255 * dt_s / kMoment, lately_);
   PersonEvidence person = looked;
   cv::Mat near = expected(person, time_s);
+  const cv::Mat theirs = others_alone(person);
+  cv::Mat about_them = cv::Mat::zeros(picture.size(), CV_8UC1);
+  if (!theirs.empty()) cv::dilate(theirs, about_them, square(person.doubt_px + kPersonReach * picture.rows));
   ToneCurve curve;
-  if (options_.follow_exposure) curve = ToneCurve(background_, picture, near | (free_looks_ < kYoung));
+  if (options_.follow_exposure) curve = ToneCurve(background_, picture, near | about_them | (free_looks_ < kYoung));
   cv::Mat lit = curve.apply(background_);
   cv::Mat difference = difference_luminance(picture, lit);
   if (options_.sudden_percent < 100) {
-    const cv::Mat beside = ~(near | never_seen_);
+    const cv::Mat beside = ~(near | about_them | never_seen_);
     const double changed = cv::countNonZero((difference > threshold_) & beside);
     if (changed > options_.sudden_percent / 100 * cv::countNonZero(beside) && changed > 0) {
       // Another scene: all that is known of it is what stands beside the person now.
@@ -219,10 +225,11 @@ MaskResult PersonMasker::process(const cv::Mat& picture, const PersonEvidence& l
       near = possible(person, picture.size());
       background_ = picture.clone();
       background_.convertTo(running_, CV_32F);
-      never_seen_ = near.clone();
+      never_seen_ = near | about_them;
       free_looks_.setTo(kYoung);
       free_looks_.setTo(0, never_seen_);
       last_mask_.release();
+      lately_.setTo(0);
       lit = background_;
       difference = cv::Mat::zeros(picture.size(), CV_8UC1);
     }
@@ -238,10 +245,12 @@ MaskResult PersonMasker::process(const cv::Mat& picture, const PersonEvidence& l
     near |= comes;
   }
   if (cv::countNonZero(near) > 0) {
-    mask &= near;
+    mask &= near | (lately_ > 0);  // In single pictures the network takes an arm for the other one.
     if (!person.likely.empty()) last_seen_s_ = time_s;
     const bool sudden = result.sudden;
-    result = finished(with_the_networks_word(mask, person));
+    mask = with_the_networks_word(mask, person);
+    if (!theirs.empty()) mask &= ~theirs;
+    result = finished(mask);
     result.sudden = sudden;
     result.inferred = cv::countNonZero(result.mask & never_seen_);
   }
@@ -249,6 +258,8 @@ MaskResult PersonMasker::process(const cv::Mat& picture, const PersonEvidence& l
   // Who is not seen may stand there all the same, for a while: nothing comes to light but beside somebody who is seen.
   if (!first_time_s_) first_time_s_ = time_s;
   const bool known = !person.likely.empty() || time_s - last_seen_s_.value_or(*first_time_s_) > kFollowedFor;
+  near |= about_them | result.mask;
+  if (!person.likely.empty()) lately_ |= possible(person, picture.size());
   learn(picture, lit, known ? cv::Mat(~near) : cv::Mat(~(near | never_seen_)), dt_s);
   return result;
 }
@@ -283,6 +294,7 @@ void PersonMasker::forget(const cv::Mat& picture) {
   never_seen_.setTo(255);
   free_looks_.setTo(0);
   last_mask_.release();
+  lately_.setTo(0);
   entering_s_.reset();
 }
 

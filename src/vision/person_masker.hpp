@@ -51,6 +51,8 @@ class PersonMasker {
   void forget(const cv::Mat& picture);
 
   [[nodiscard]] double threshold() const { return threshold_; }  ///< In use, grey levels of D.
+  /// The background as it is now, CV_8UC3, in the plate's light; not to be written to.
+  [[nodiscard]] const cv::Mat& background() const { return background_; }
 
  private:
   [[nodiscard]] cv::Mat foreground(const cv::Mat& picture, const cv::Mat& lit, const cv::Mat& difference) const;
@@ -69,6 +71,7 @@ class PersonMasker {
   cv::Mat free_looks_;  // CV_8UC1, in how many pictures it was surely not the person's; in a row, while it is a guess.
   cv::Mat allowed_;     // CV_8UC1, where a body may be; empty: everywhere.
   cv::Mat last_mask_;   // CV_8UC1, the last body.
+  cv::Mat lately_;      // CV_8UC1, where the person may have been a moment ago: 255 in the last picture, then less.
   std::optional<double> last_time_s_;
   std::optional<double> first_time_s_;
   std::optional<double> last_seen_s_;  // By the network.

@@ -80,5 +80,26 @@ TEST(Masks, OfACameraThatShakesAreAsGood) {
   EXPECT_GE(mean_iou(shaken), 0.97);
 }
 
+// The table of docs/accuracy.md: what the person network decides, what it costs, and what is made without it.
+TEST(Masks, WithTheNetworkAndWithoutIt) {
+  if (!in_long_lane()) GTEST_SKIP() << "a measurement for script/test --long";
+  if (const auto missing = missing_person_network(); !missing.empty()) GTEST_SKIP() << missing << " is not here";
+  for (const auto* clip :
+       {"jumping-jacks?seed=1&empty=1", "side-kicks?seed=2&empty=1&clothes=near-wall", "jumping-jacks?seed=1&empty=0",
+        "semaphore?seed=3&empty=0", "side-kicks?seed=2&empty=0&clothes=near-wall", "idle?seed=12&empty=0"}) {
+    const auto source = std::string("synthetic://") + clip + "&size=640x480&fps=15&duration=6";
+    const auto with = mask_figures(source);
+    const auto without = mask_figures(source, {"--set", "segmentation=colour"});
+    const auto ms = [](const nlohmann::json& summary) {
+      const auto& timings = summary.at("timings");
+      return 1e3 * (timings.at("learn_background_s").get<double>() + timings.at("frames_s").get<double>()) /
+             summary.at("frames").get<double>();
+    };
+    std::printf("| %s | %.3f | %.3f | %.0f %% | %.0f ms | %.0f ms |\n", clip, with.mean_iou, without.mean_iou,
+                100 * with.summary.at("background").at("share_of_body_inferred").get<double>(), ms(with.summary),
+                ms(without.summary));
+  }
+}
+
 }  // namespace
 }  // namespace choreo::test

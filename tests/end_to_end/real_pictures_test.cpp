@@ -113,6 +113,20 @@ TEST_F(RealPictures, ARoomThatPeopleLeft) {
   EXPECT_LE(areas.mean_percent(kEmptyFrom), 0.1);
 }
 
+// She on the left, he on the right; the camera moves with them.
+TEST_F(RealPictures, TwoWhoWalk) {
+  const auto clip = needed("video/clear/intel_face-demographics-walking.gif");
+  NEEDS_DATA(clip);
+  const auto left = areas_of(clip, {"--set", "person.choose=left"});
+  const auto right = areas_of(clip, {"--set", "person.choose=right"});
+  const auto both = areas_of(clip, {"--set", "person.others=bodies"});
+  char figure[64];
+  std::snprintf(figure, sizeof figure, "%.1f and %.1f, together %.1f %%", left.mean_percent(3), right.mean_percent(3),
+                both.mean_percent(3));
+  row("of the picture that is body, of two who walk", figure);
+  EXPECT_NEAR(both.mean_percent(3), left.mean_percent(3) + right.mean_percent(3), 0.1 * both.mean_percent(3));
+}
+
 // A drawn figure is there in 60 of every 100 frames, from the 31st on; from the 201st on a chair stands where none
 // stood.
 TEST_F(RealPictures, AChairThatIsSetDown) {

@@ -8,10 +8,13 @@
 #include <opencv2/imgproc.hpp>
 
 #include "support/frames.hpp"
+#include "vision/scenes.hpp"
 #include "vision/segmenter.hpp"
 
 namespace choreo::vision {
 namespace {
+
+using test::iou;
 
 const cv::Size kSize(160, 120);
 const cv::Rect kBody(60, 30, 30, 70);
@@ -35,10 +38,6 @@ cv::Mat mask_of(cv::Rect where) {
   return mask;
 }
 PersonEvidence likely_at(cv::Rect where, double doubt_px = 0) { return {mask_of(where), doubt_px}; }
-
-double iou(const cv::Mat& a, const cv::Mat& b) {
-  return double(cv::countNonZero(a & b)) / double(cv::countNonZero(a | b));
-}
 
 PersonMasker masker(const cv::Mat& plate, const cv::Mat& never_seen = {}) {
   BackgroundEstimate estimate;
@@ -134,6 +133,19 @@ TEST(PersonMasker, WhatAHandHoldsIsBodyToo) {
   EXPECT_EQ(cv::countNonZero(masker(room()).process(picture, person, 0).mask(fan)), 0);
   person.held.push_back({{95, 50}, {95, 50}, 25});
   EXPECT_GT(cv::countNonZero(masker(room()).process(picture, person, 0).mask(fan)), 0.95 * fan.area());
+}
+
+TEST(PersonMasker, WhatAHandHoldsStaysWhereALookIsMistakenAndGoesWhereItIsPutDown) {
+  const cv::Rect fan(100, 40, 12, 20);
+  const auto picture = with(with(room(), kBody, kRed), fan, kRed);
+  auto person = likely_at(kBody, 1);
+  auto holds = person;
+  holds.held.push_back({{95, 50}, {95, 50}, 25});
+  auto m = masker(room());
+  (void)m.process(picture, holds, 0);
+  EXPECT_GT(cv::countNonZero(m.process(picture, person, 0.1).mask(fan)), 0.95 * fan.area());
+  (void)m.process(picture, person, 0.2);
+  EXPECT_EQ(cv::countNonZero(m.process(picture, person, 0.5).mask(fan)), 0);
 }
 
 TEST(PersonMasker, ClothesLikeTheWallAreBodyWhereTheNetworkIsSure) {
@@ -278,6 +290,43 @@ TEST(BackgroundBehindPeople, KnowsWhatItNeverSaw) {
   const auto empty = background_behind_people(std::vector<cv::Mat>(4, room()), nobody);
   EXPECT_EQ(empty.empty, 1);
   EXPECT_EQ(empty.unseen, 0);
+}
+
+TEST(PersonMasker, SomebodyElseIsNoBodyHoweverNearAndNoBackground) {
+  const cv::Rect other(92, 30, 30, 70);  // Two pixels off.
+  auto person = likely_at(kBody, 4);
+  person.others = mask_of(other);
+  auto m = masker(room());
+  const auto picture = with(with(room(), kBody, kRed), other, {200, 60, 60});
+  for (int k = 0; k < 200; ++k) (void)m.process(picture, person, 0.1 * k);
+  EXPECT_GT(iou(m.process(picture, person, 20).mask, mask_of(kBody)), 0.95);
+  // They change places: what was behind them is the room.
+  auto swapped = likely_at(other, 4);
+  EXPECT_GT(iou(m.process(with(room(), other, {200, 60, 60}), swapped, 20.1).mask, mask_of(other)), 0.97);
+}
+
+TEST(PersonEvidence, TwoTogetherAreOne) {
+  auto a = likely_at(kBody, 2);
+  a.limbs.push_back({{60, 30}, {90, 90}, 4});
+  auto b = likely_at({100, 30, 30, 70}, 3);
+  b.limbs.push_back({{100, 30}, {120, 90}, 4});
+  const auto both = together(a, b);
+  EXPECT_EQ(cv::countNonZero(both.likely), cv::countNonZero(a.likely) + cv::countNonZero(b.likely));
+  EXPECT_EQ(both.limbs.size(), 2u);
+  EXPECT_EQ(both.doubt_px, 3);
+  EXPECT_EQ(cv::countNonZero(a.likely), kBody.area()) << "and stay what they were";
+  EXPECT_EQ(cv::countNonZero(together({}, b).likely != b.likely), 0);
+  EXPECT_EQ(cv::countNonZero(together(a, {}).likely != a.likely), 0);
+}
+
+TEST(PersonEvidence, WhereTwoOverlapWhoIsLikelierHasThePlace) {
+  auto person = likely_at(kBody);
+  EXPECT_TRUE(others_alone(person).empty());
+  person.others = mask_of({80, 30, 30, 70});
+  person.likely.setTo(200, person.likely);
+  EXPECT_EQ(cv::countNonZero(others_alone(person)), 30 * 70);
+  person.others.setTo(150, person.others);
+  EXPECT_EQ(cv::countNonZero(others_alone(person)), 20 * 70);
 }
 
 }  // namespace

@@ -2,6 +2,9 @@
 // Where a look's numbers lie in the picture, and whom a search follows.
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <set>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -155,6 +158,93 @@ TEST(PersonSearch, TheSquaresAtBothEndsAreSearchedToo) {
   const auto anywhere = search.search(right, PersonTrack().next());
   ASSERT_TRUE(anywhere) << "where there is time";
   EXPECT_EQ(anywhere->region.centre, found->region.centre);
+}
+
+PersonLook look_at(cv::Point2d where) {
+  PersonLook look;
+  look.region = look.next = {where, 100, 0};
+  for (std::size_t k = 0; k < look.points.size(); ++k) look.points[k] = {where + cv::Point2d(double(k), 0), 0, 1, 1};
+  return look;
+}
+
+TEST(OthersTrack, LooksAtAllOfThemAndForMoreNowAndThen) {
+  OthersTrack track;
+  EXPECT_TRUE(track.next().seek);
+  EXPECT_TRUE(track.next().looked.empty());
+  track.update(track.next(), {look_at({50, 50}), look_at({200, 50})}, 1);
+  ASSERT_EQ(track.known().size(), 2u);
+  const auto query = track.next();
+  EXPECT_FALSE(query.seek);
+  EXPECT_EQ(query.looked, (std::vector<std::size_t>{0, 1}));
+  track.update(query, {std::nullopt, look_at({210, 50})}, 2);
+  ASSERT_EQ(track.known().size(), 1u) << "who is there no more is forgotten";
+  EXPECT_EQ(track.known()[0].look.next.centre.x, 210);
+  EXPECT_EQ(track.known()[0].when, 2);
+  int seeks = 0;
+  for (int k = 0; k < 60; ++k) {
+    const auto next = track.next();
+    seeks += next.seek ? 1 : 0;
+    track.update(next, {look_at({210, 50})}, 3 + k);
+  }
+  EXPECT_EQ(seeks, 4);
+}
+
+TEST(OthersTrack, InTurnsItLooksAtOneOfThemOrForMore) {
+  OthersTrack track(PersonTrack::Seeks::kInTurns);
+  track.update(track.next(), {look_at({50, 50}), look_at({200, 50})}, 0);
+  std::set<std::optional<int>> turns;
+  std::multiset<std::size_t> looked;
+  for (int k = 0; k < 9; ++k) {
+    const auto next = track.next();
+    EXPECT_EQ(next.looked.size() + (next.seek ? 1 : 0), 1u) << "one thing at a time";
+    if (next.seek) turns.insert(next.turn);
+    looked.insert(next.looked.begin(), next.looked.end());
+    track.update(next,
+                 next.seek ? std::vector<std::optional<PersonLook>>{}
+                           : std::vector{next.known.empty() ? std::optional<PersonLook>()
+                                                            : std::optional(next.known[next.looked[0]])},
+                 k);
+  }
+  EXPECT_EQ(track.known().size(), 2u);
+  EXPECT_EQ(turns, (std::set<std::optional<int>>{1, 2, 3})) << "0 was the first";
+  EXPECT_EQ(looked.count(0), 3u);
+  EXPECT_EQ(looked.count(1), 3u);
+}
+
+TEST(PersonSearch, OthersAreFoundOnceAndThePersonIsNoneOfThem) {
+  auto search = test::tiny_search();
+  // In each of the two squares at the ends somebody is found in the middle, in the whole picture nobody.
+  auto both = with_spot({672, 224}, {100, 100, 24, 24});
+  both(cv::Rect(548, 100, 24, 24)).setTo(cv::Scalar::all(255));
+  const auto person = search.search(both, {{}, 1});
+  ASSERT_TRUE(person);
+  OthersQuery query;
+  query.seek = true;
+  const auto others = search.search_others(both, query, person);
+  ASSERT_EQ(others.size(), 1u);
+  EXPECT_NEAR(others[0]->region.centre.x, 448 + 111.5, 0.6);
+  query.known = {*others[0]};
+  query.looked = {0};
+  const auto again = search.search_others(both, query, person);
+  ASSERT_EQ(again.size(), 1u) << "and not found anew";
+  EXPECT_TRUE(again[0]);
+  const auto left = search.search_others(with_spot({672, 224}, {100, 100, 24, 24}), query, person);
+  ASSERT_EQ(left.size(), 1u);
+  EXPECT_FALSE(left[0]);
+  query.known = {*person};
+  query.seek = false;
+  EXPECT_FALSE(search.search_others(both, query, person)[0]) << "two looks at one person";
+}
+
+TEST(PersonSearch, FollowsWhomItIsAskedTo) {
+  const auto chosen = [](PersonChoice choice) {
+    auto search = test::tiny_search(choice);
+    auto both = with_spot({672, 224}, {100, 100, 24, 24});
+    both(cv::Rect(548, 100, 24, 24)).setTo(cv::Scalar::all(255));
+    return search.search(both, {})->region.centre.x;
+  };
+  EXPECT_LT(chosen(PersonChoice::kLeft), 224);
+  EXPECT_GT(chosen(PersonChoice::kRight), 448);
 }
 
 }  // namespace

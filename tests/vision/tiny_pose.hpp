@@ -93,12 +93,13 @@ inline std::vector<std::uint8_t> tiny_detector(cv::Point2f hips, cv::Point2f rea
 }
 
 /// A person in the middle of the region, upright, who reaches 50 of its 256 pixels upwards from the hips.
-inline vision::PersonSearch tiny_search() {
+inline vision::PersonSearch tiny_search(vision::PersonChoice choice = vision::PersonChoice::kLargest) {
   std::vector<std::array<float, 5>> points(39, {128, 128, 0, 10, 10});
   points[0] = {128, 88, -5, 10, 10};    // The nose,
   points[15] = {188, 108, 3, -10, 10};  // the left wrist, hidden,
   points[34] = {128, 78, 0, 10, 10};    // and how far it all reaches.
-  return {vision::PersonNetwork(tiny_landmarks(points)), vision::PersonDetector(tiny_detector({112, 112}, {112, 72}))};
+  return {vision::PersonNetwork(tiny_landmarks(points)), vision::PersonDetector(tiny_detector({112, 112}, {112, 72})),
+          choice};
 }
 
 }  // namespace choreo::test
