@@ -58,6 +58,11 @@ cv::Mat dilated(const cv::Mat& mask, int margin) {
   return out;
 }
 
+// A header of them.
+cv::Mat every_fourth_row(const cv::Mat& picture) {
+  return {(picture.rows + 3) / 4, picture.cols, picture.type(), picture.data, 4 * picture.step};
+}
+
 cv::Rect pixels_of(const Zone& zone, cv::Size size) {
   const int x0 = static_cast<int>(std::lround(zone.x0 * size.width));
   const int y0 = static_cast<int>(std::lround(zone.y0 * size.height));
@@ -138,7 +143,8 @@ MaskResult BodyMasker::process(const cv::Mat& picture, double time_s) {
       [&] {
         // A change of light is seen against the light of the last picture, before it is made up for.
         result.sudden = options_.sudden_percent < 100 && !last_lit_.empty() &&
-                        changed_percent(difference_luminance(picture, last_lit_)) > options_.sudden_percent;
+                        changed_percent(difference_luminance(every_fourth_row(picture), every_fourth_row(last_lit_))) >
+                            options_.sudden_percent;
       },
       [&] {
         // What the body covers would bend the curve.
@@ -188,7 +194,10 @@ MaskResult BodyMasker::process(const cv::Mat& picture, double time_s) {
 
 void BodyMasker::follow(const cv::Mat& picture, const cv::Mat& lit, double dt_s) {
   if (options_.follow_s <= 0 || dt_s <= 0) return;
-  const auto rate = static_cast<float>(1.0 - std::exp(-dt_s / options_.follow_s));
+  // Slow light can wait for seven pictures: each moves an eighth of the rows.
+  for (auto& waited : waited_s_) waited += dt_s;
+  const auto turn = std::size_t(turn_++) % waited_s_.size();
+  const auto rate = static_cast<float>(1.0 - std::exp(-std::exchange(waited_s_[turn], 0.0) / options_.follow_s));
   const auto follow_row = [&](int y) {
     const auto* now = picture.ptr<std::uint8_t>(y);
     const auto* expected = lit.ptr<std::uint8_t>(y);
@@ -208,10 +217,7 @@ void BodyMasker::follow(const cv::Mat& picture, const cv::Mat& lit, double dt_s)
       begin = end;
     }
   };
-  constexpr int kRowsAtATime = 32;  // Fewer cost more to hand out than they save.
-  tbb::parallel_for(tbb::blocked_range<int>(0, picture.rows, kRowsAtATime), [&](const tbb::blocked_range<int>& rows) {
-    for (int y = rows.begin(); y < rows.end(); ++y) follow_row(y);
-  });
+  for (int y = int(turn); y < picture.rows; y += int(waited_s_.size())) follow_row(y);
 }
 
 // Whole parts of the mask that did not move: somebody who only moves an arm stays as they are.

@@ -2,12 +2,11 @@
 #include "vision/soft_light.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <vector>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
 #include <opencv2/imgproc.hpp>
 
@@ -22,10 +21,73 @@ constexpr float kStep = 0.20F;  // How much the ratio may change across a window
 constexpr int kWindow = 5;
 constexpr float kOutline = 0.115F;    // How much it changes in the mean along the outline of clothes.
 constexpr double kPartShare = 0.003;  // Of the picture: a smaller part's outline is too short to be judged by its mean.
-constexpr int kTextureBlur = 5;       // The texture of a floor and the sensor's noise must not look like steps.
-constexpr float kColour = 0.10F;      // How much a channel's ratio may be off.
-constexpr float kRounding = 4.0F;     // And in grey levels: rounding and compression.
-constexpr int kRowsAtATime = 32;      // Fewer cost more to hand out than they save.
+constexpr int kTexture = 5;           // Pixels: the texture of a floor and the sensor's noise must not look like steps.
+constexpr int kPixels = kTexture * kTexture;
+constexpr int kOne = 128;          // A ratio in bytes, up to 2.
+constexpr float kColour = 0.10F;   // How much a channel's ratio may be off.
+constexpr float kRounding = 4.0F;  // And in grey levels: rounding and compression.
+
+// The sums about each pixel of `box`, by channel, CV_16UC1: cv::blur takes seven times as long.
+std::array<cv::Mat, 3> summed(const cv::Mat& picture, const cv::Rect& box) {
+  static_assert(kTexture == 5);
+  constexpr int kReach = kTexture / 2;
+  cv::Mat about;  // With the pixels beside it, or their mirror images.
+  const auto known = cv::Rect(box.x - kReach, box.y - kReach, box.width + 2 * kReach, box.height + 2 * kReach) &
+                     cv::Rect({0, 0}, picture.size());
+  cv::copyMakeBorder(picture(known), about, known.y - box.y + kReach, box.br().y + kReach - known.br().y,
+                     known.x - box.x + kReach, box.br().x + kReach - known.br().x,
+                     cv::BORDER_REFLECT_101 | cv::BORDER_ISOLATED);
+  std::array<cv::Mat, 3> channels, out;
+  cv::split(about, channels.data());
+  std::vector<std::uint16_t> columns(std::size_t(about.cols));
+  for (std::size_t c = 0; c < out.size(); ++c) {
+    std::ranges::fill(columns, std::uint16_t{0});
+    auto* __restrict sum = columns.data();
+    const auto add = [&](int y, int sign) {
+      const auto* line = channels[c].ptr<std::uint8_t>(y);
+      const int count = about.cols;
+      for (int x = 0; x < count; ++x) sum[x] = static_cast<std::uint16_t>(sum[x] + sign * line[x]);
+    };
+    for (int y = 0; y + 1 < kTexture; ++y) add(y, 1);
+    out[c].create(box.size(), CV_16UC1);
+    for (int y = 0; y < box.height; ++y) {
+      add(y + kTexture - 1, 1);
+      auto* o = out[c].ptr<std::uint16_t>(y);
+      const int count = box.width;
+      for (int x = 0; x < count; ++x)
+        o[x] = static_cast<std::uint16_t>(sum[x] + sum[x + 1] + sum[x + 2] + sum[x + 3] + sum[x + 4]);
+      add(y, -1);
+    }
+  }
+  return out;
+}
+
+// Of `count` pixels, of which these are the sums now and before: the ratio of light, and whether one ratio serves all
+// channels, 0 or 255.
+void compare(const std::array<const std::uint16_t*, 3>& now, const std::array<const std::uint16_t*, 3>& before,
+             std::uint8_t* __restrict ratio, std::uint8_t* __restrict of_light, int count) {
+  const auto* __restrict b0 = before[0];
+  const auto* __restrict g0 = before[1];
+  const auto* __restrict r0 = before[2];
+  const auto* __restrict b1 = now[0];
+  const auto* __restrict g1 = now[1];
+  const auto* __restrict r1 = now[2];
+  constexpr float kRounded = kRounding * kPixels;
+  for (int x = 0; x < count; ++x) {
+    const auto bn = float(b1[x]), gn = float(g1[x]), rn = float(r1[x]);
+    const auto bo = float(b0[x]), go = float(g0[x]), ro = float(r0[x]);
+    // Some levels of both: without them the ratio of two dark pixels is noise.
+    const float q =
+        (0.114F * bn + 0.587F * gn + 0.299F * rn + kRounded) / (0.114F * bo + 0.587F * go + 0.299F * ro + kRounded);
+    const float in_bytes = q * kOne + 0.5F;
+    ratio[x] = static_cast<std::uint8_t>(static_cast<int>(in_bytes < 255.0F ? in_bytes : 255.0F));
+    // Without branches: on clothes they go either way.
+    const int same = int(q >= kDarkest) & int(q <= kBrightest) & int(std::abs(bn - q * bo) <= kRounded + kColour * bo) &
+                     int(std::abs(gn - q * go) <= kRounded + kColour * go) &
+                     int(std::abs(rn - q * ro) <= kRounded + kColour * ro);
+    of_light[x] = static_cast<std::uint8_t>(-same);
+  }
+}
 
 // The pixels of `soft` within `mask` that can be reached from outside it.
 cv::Mat reached_from_outside(const cv::Mat& mask, const cv::Mat& soft) {
@@ -123,7 +185,7 @@ cv::Mat without_outlined(const cv::Mat& taken, const cv::Mat& mask, const cv::Ma
       if (!is_wall(x - 1, run.y) && !is_wall(x + 1, run.y) && !is_wall(x, run.y - 1) && !is_wall(x, run.y + 1))
         continue;
       ++part.border;
-      part.steepness += double(steepness.ptr<float>(run.y)[x]);
+      part.steepness += double(steepness.ptr<std::uint8_t>(run.y)[x]) / kOne;
     }
   }
   return painted(parts, taken.size(), [&](std::size_t k) {
@@ -144,50 +206,29 @@ cv::Mat without_soft_light(const cv::Mat& mask, const cv::Mat& picture, const cv
   const auto box =
       cv::Rect(points.x - kMargin, points.y - kMargin, points.width + 2 * kMargin, points.height + 2 * kMargin) &
       cv::Rect({0, 0}, mask.size());
-  cv::Mat now;
-  cv::Mat before;
-  tbb::parallel_invoke(
-      [&] {
-        cv::blur(picture(box), now, {kTextureBlur, kTextureBlur});
-      },
-      [&] {
-        cv::blur(background(box), before, {kTextureBlur, kTextureBlur});
-      });
+  std::array<cv::Mat, 3> now, before;
+  tbb::parallel_invoke([&] { now = summed(picture, box); }, [&] { before = summed(background, box); });
 
   const cv::Mat window = cv::getStructuringElement(cv::MORPH_RECT, {kWindow, kWindow});
   cv::Mat looked_at;  // By a window around a pixel of the mask; elsewhere nobody asks what the light does.
   cv::dilate(mask(box), looked_at, window, {-1, -1}, 1, cv::BORDER_CONSTANT | cv::BORDER_ISOLATED);
-  cv::Mat ratio(box.size(), CV_32FC1, cv::Scalar(1));
+  cv::Mat ratio(box.size(), CV_8UC1, cv::Scalar(kOne));
   cv::Mat of_light = cv::Mat::zeros(box.size(), CV_8UC1);  // Where one ratio serves all channels.
-  const auto look = [&](int y) {
-    const auto* now_line = now.ptr<std::uint8_t>(y);
-    const auto* before_line = before.ptr<std::uint8_t>(y);
-    auto* r = ratio.ptr<float>(y);
-    auto* l = of_light.ptr<std::uint8_t>(y);
+  for (int y = 0; y < box.height; ++y) {
+    const auto at = [y](const std::array<cv::Mat, 3>& sums, int x) {
+      return std::array{sums[0].ptr<std::uint16_t>(y) + x, sums[1].ptr<std::uint16_t>(y) + x,
+                        sums[2].ptr<std::uint16_t>(y) + x};
+    };
     for_each_run(looked_at.ptr<std::uint8_t>(y), box.width, [&](int from, int to) {
-      for (int x = from; x < to; ++x) {
-        const auto* n = now_line + 3 * x;
-        const auto* b = before_line + 3 * x;
-        const float sum_now = 0.114F * n[0] + 0.587F * n[1] + 0.299F * n[2];
-        const float sum_before = 0.114F * b[0] + 0.587F * b[1] + 0.299F * b[2];
-        // Some levels of both: without them the ratio of two dark pixels is noise.
-        const float q = (sum_now + kRounding) / (sum_before + kRounding);
-        r[x] = q;
-        // Without branches: on clothes they go either way.
-        int same = int(q >= kDarkest) & int(q <= kBrightest);
-        for (int c = 0; c < 3; ++c) same &= int(std::abs(n[c] - q * b[c]) <= kRounding + kColour * b[c]);
-        l[x] = static_cast<std::uint8_t>(-same);
-      }
+      compare(at(now, from), at(before, from), ratio.ptr<std::uint8_t>(y) + from, of_light.ptr<std::uint8_t>(y) + from,
+              to - from);
     });
-  };
-  tbb::parallel_for(tbb::blocked_range<int>(0, box.height, kRowsAtATime), [&](const tbb::blocked_range<int>& rows) {
-    for (int y = rows.begin(); y < rows.end(); ++y) look(y);
-  });
+  }
   cv::Mat highest;
   cv::Mat lowest;
   tbb::parallel_invoke([&] { cv::dilate(ratio, highest, window); }, [&] { cv::erode(ratio, lowest, window); });
   const cv::Mat steepness = highest - lowest;
-  const cv::Mat soft = of_light & (steepness <= kStep);
+  const cv::Mat soft = of_light & (steepness <= kStep * kOne);
 
   cv::Mat out = mask.clone();
   cv::Mat inside = out(box);
