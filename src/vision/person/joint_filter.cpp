@@ -25,7 +25,7 @@ void JointFilter::filter(Low<N>& low, const cv::Vec<double, N>& at, double dt_s,
 
 PersonLook JointFilter::next(PersonLook look, double time_s) {
   const bool first = !before_;
-  auto& state = first ? before_.emplace() : *before_;
+  auto& state = first ? before_.emplace(State{}) : *before_;
   const double dt_s = time_s - state.time_s;
   assert(first || dt_s > 0);
   const double pixels = look.pixels_per_metre();
