@@ -37,18 +37,20 @@ class OrientedSource final : public Source {
 
   const SourceInfo& info() const override { return info_; }
 
-  FramePtr read(std::stop_token stop) override {
-    const auto frame = source_->read(std::move(stop));
-    if (!frame) return nullptr;
-    auto turned = std::make_shared<Frame>(*frame);
-    turned->bgr = oriented(frame->bgr, orientation_);
-    if (!frame->depth.empty()) turned->depth = oriented(frame->depth, orientation_);
-    return turned;
-  }
+  FramePtr read(std::stop_token stop) override { return turned(source_->read(std::move(stop))); }
+  FramePtr skim(std::stop_token stop) override { return turned(source_->skim(std::move(stop))); }
 
   std::vector<std::string> warnings() const override { return source_->warnings(); }
 
  private:
+  [[nodiscard]] FramePtr turned(const FramePtr& frame) const {
+    if (!frame) return nullptr;
+    auto turned = std::make_shared<Frame>(*frame);
+    if (!frame->bgr.empty()) turned->bgr = oriented(frame->bgr, orientation_);
+    if (!frame->depth.empty()) turned->depth = oriented(frame->depth, orientation_);
+    return turned;
+  }
+
   std::unique_ptr<Source> source_;
   Orientation orientation_;
   SourceInfo info_;

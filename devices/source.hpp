@@ -54,6 +54,9 @@ class Source {
   ///   `warnings` says so.
   virtual FramePtr read(std::stop_token stop) = 0;
 
+  /// As `read`, for those who need no picture of this frame: `bgr` may be empty where making it takes time.
+  virtual FramePtr skim(std::stop_token stop) { return read(std::move(stop)); }
+
   /// One line for each thing that was not as it should be, so far.
   [[nodiscard]] virtual std::vector<std::string> warnings() const { return {}; }
 };

@@ -176,15 +176,26 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
   // A given plate still needs some pictures: the sensor's noise is in them, not in the plate.
   constexpr Nanoseconds kNoiseTime = std::chrono::seconds(1);
   // A recording that breaks off teaches with what it has: whether a chosen frame is lost shows when those are read.
-  const auto next = [&] {
+  const auto next = [&](bool with_picture = true) {
     try {
-      return source->read(stop);
+      return with_picture ? source->read(stop) : source->skim(stop);
     } catch (const Error& error) {
       if (!repeatable || !origin || error.fault() != Fault::kFailure) throw;
       return devices::FramePtr();
     }
   };
-  while (auto frame = next()) {
+  // Where people are looked for first, what is still for a while is asked for only where nobody is seen.
+  const bool people_first =
+      segmentation == vision::Segmentation::kPerson || segmentation == vision::Segmentation::kAuto;
+  const bool asks_twice = segmentation == vision::Segmentation::kAuto && whole;
+  const bool asks_what_is_still = !given && segmentation != vision::Segmentation::kPerson && !asks_twice;
+  const bool every_picture = given || asks_what_is_still || with_depth || !repeatable;
+  const auto tell = [&](Nanoseconds time) {
+    if (!progress) return;
+    const auto duration = whole ? source->info().duration.value_or(Nanoseconds{0}) : least_time;
+    progress(duration > Nanoseconds{0} ? std::min(1.0, to_seconds(time) / to_seconds(duration)) : -1.0);
+  };
+  while (auto frame = next(every_picture || sampler.wants())) {
     if (!origin) origin = frame->device_time;
     const auto time = frame->device_time - *origin;
     if (!repeatable) kept.push_back(frame);
@@ -193,15 +204,13 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
     if (with_depth && !frame->depth.empty()) depths.offer([&] { return depth_at_working_size(frame->depth, size); });
     if (with_depth && depths.kept().empty() && time >= kDepthIsLate) refuse_without_depth(*source);
     if (with_colour && (!given || time < kNoiseTime)) {
-      const auto picture = at_working_size(frame->bgr, size);
-      sampler.add(picture);
+      cv::Mat picture;
+      const auto seen = [&] { return picture.empty() ? picture = at_working_size(frame->bgr, size) : picture; };
+      sampler.offer(seen);
       times.add(to_seconds(time));
-      if (!given && segmentation != vision::Segmentation::kPerson) quiet.add(picture, to_seconds(time));
+      if (asks_what_is_still) quiet.add(seen(), to_seconds(time));
     }
-    if (progress) {
-      const auto duration = whole ? source->info().duration.value_or(Nanoseconds{0}) : least_time;
-      progress(duration > Nanoseconds{0} ? std::min(1.0, to_seconds(time) / to_seconds(duration)) : -1.0);
-    }
+    tell(time);
   }
   if (stop.stop_requested()) return std::nullopt;
   std::optional<ReadingOn> reading_on;
@@ -214,7 +223,7 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
     learned.pictures = depths.kept().size();
   }
   Samples samples{sampler.kept(), times.kept(), {}};
-  if (segmentation == vision::Segmentation::kPerson || segmentation == vision::Segmentation::kAuto) {
+  if (people_first) {
     const std::size_t most = whole ? 60 : 20;  // What no sixtieth of a clip shows is as good as unseen.
     const auto count = std::min(samples.pictures.size(), most);
     Samples some;
@@ -245,6 +254,18 @@ std::optional<LearnedBackground> learn_background(std::unique_ptr<devices::Sourc
     if (camera == vision::CameraKind::kShakes) {
       quiet = {};
       for (std::size_t k = 0; k < pictures.size(); ++k) quiet.add(pictures[k], samples.times_s[k]);
+    }
+    if (asks_twice && camera != vision::CameraKind::kShakes) {
+      source.reset();
+      source = reopen();
+      origin.reset();
+      while (const auto frame = next()) {
+        if (!origin) origin = frame->device_time;
+        const auto time = frame->device_time - *origin;
+        quiet.add(at_working_size(frame->bgr, size), to_seconds(time));
+        tell(time);
+      }
+      if (stop.stop_requested()) return std::nullopt;
     }
     const auto still = quiet.finish();
     learned.estimate =

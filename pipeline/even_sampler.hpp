@@ -20,6 +20,9 @@ class EvenSampler {
  public:
   explicit EvenSampler(std::size_t most) : most_(most) { assert(most > 0); }
 
+  /// Whether the next item that is offered is kept.
+  [[nodiscard]] bool wants() const { return seen_ % (kept_.size() == most_ ? 2 * step_ : step_) == 0; }
+
   /// @param make  makes the next item; called only where it is kept.
   template <typename Make>
   void offer(Make&& make) {

@@ -69,16 +69,8 @@ class VideoFile final : public Source {
 
   const SourceInfo& info() const override { return info_; }
 
-  FramePtr read(std::stop_token stop) override {
-    if (ended_ || stop.stop_requested()) return nullptr;
-    if (!frame_waits_) {
-      const auto outcome = stream_.next(*frame_, stop);
-      ended_ = outcome == VideoStream::Outcome::kEnd;
-      if (outcome != VideoStream::Outcome::kFrame) return nullptr;
-    }
-    frame_waits_ = false;
-    return deliver();
-  }
+  FramePtr read(std::stop_token stop) override { return next(std::move(stop), true); }
+  FramePtr skim(std::stop_token stop) override { return next(std::move(stop), false); }
 
   std::vector<std::string> warnings() const override {
     std::vector<std::string> all = hanging_warnings_;
@@ -129,14 +121,25 @@ class VideoFile final : public Source {
     return shape;
   }
 
-  FramePtr deliver() {
+  FramePtr next(std::stop_token stop, bool with_picture) {
+    if (ended_ || stop.stop_requested()) return nullptr;
+    if (!frame_waits_) {
+      const auto outcome = stream_.next(*frame_, stop);
+      ended_ = outcome == VideoStream::Outcome::kEnd;
+      if (outcome != VideoStream::Outcome::kFrame) return nullptr;
+    }
+    frame_waits_ = false;
+    return deliver(with_picture);
+  }
+
+  FramePtr deliver(bool with_picture) {
     const auto raw = libav_time(frame_->best_effort_timestamp, stream_.stream().time_base);
     const auto time = timeline_.next(raw);
     const auto shape = shape_of(*frame_);
     if (shape.delivered() != info_.size || shape.coded != shape_.coded) refuse_change(shape, time);
 
     auto out = std::make_shared<Frame>();
-    out->bgr = pictures_.make(*frame_, shape.sample_aspect, shape.orientation);
+    if (with_picture) out->bgr = pictures_.make(*frame_, shape.sample_aspect, shape.orientation);
     out->sequence = delivered_++ + stream_.damaged();
     out->device_time = time;
 

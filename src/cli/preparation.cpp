@@ -41,14 +41,20 @@ class PeekedSource final : public devices::Source {
   }
   [[nodiscard]] const devices::SourceInfo& info() const override { return source_->info(); }
   [[nodiscard]] devices::FramePtr read(std::stop_token stop) override {
-    if (seen_.empty()) return source_->read(std::move(stop));
-    auto frame = std::move(seen_.front());
-    seen_.pop_front();
-    return frame;
+    return seen_.empty() ? source_->read(std::move(stop)) : again();
+  }
+  [[nodiscard]] devices::FramePtr skim(std::stop_token stop) override {
+    return seen_.empty() ? source_->skim(std::move(stop)) : again();
   }
   [[nodiscard]] std::vector<std::string> warnings() const override { return source_->warnings(); }
 
  private:
+  devices::FramePtr again() {
+    auto frame = std::move(seen_.front());
+    seen_.pop_front();
+    return frame;
+  }
+
   std::unique_ptr<devices::Source> source_;
   std::deque<devices::FramePtr> seen_;
 };

@@ -151,19 +151,36 @@ cv::Mat median_plate(std::span<const cv::Mat> pictures) {
   return plate;
 }
 
+namespace {
+
+std::vector<cv::Mat> in_each_light(const cv::Mat& plate, std::span<const cv::Mat> pictures) {
+  std::vector<cv::Mat> lit;
+  for (const auto& picture : pictures) lit.push_back(ToneCurve(plate, picture).apply(plate));
+  return lit;
+}
+
+double noise_between(std::span<const cv::Mat> pictures, std::span<const cv::Mat> lit) {
+  std::vector<double> medians;
+  for (std::size_t k = 0; k < pictures.size(); ++k) {
+    medians.push_back(interpolated_median(difference_luminance(pictures[k], lit[k])));
+  }
+  const double rounded_noise = lower_quartile(medians) / kMedianPerNoise;
+  return std::sqrt(std::max(0.0, rounded_noise * rounded_noise - kRounding));
+}
+
+}  // namespace
+
+double noise_before(const cv::Mat& plate, std::span<const cv::Mat> pictures) {
+  assert(!pictures.empty());
+  return noise_between(pictures, in_each_light(plate, pictures));
+}
+
 BackgroundEstimate judge_plate(const cv::Mat& plate, std::span<const cv::Mat> pictures) {
   assert(!pictures.empty());
   BackgroundEstimate estimate;
   estimate.plate = plate;
-  std::vector<double> medians;
-  std::vector<cv::Mat> lit;  // The plate in each picture's light.
-  for (const auto& picture : pictures) {
-    lit.push_back(ToneCurve(plate, picture).apply(plate));
-    medians.push_back(interpolated_median(difference_luminance(picture, lit.back())));
-  }
-  const double rounded_noise = lower_quartile(medians) / kMedianPerNoise;
-  estimate.noise = std::sqrt(std::max(0.0, rounded_noise * rounded_noise - kRounding));
-
+  const auto lit = in_each_light(plate, pictures);
+  estimate.noise = noise_between(pictures, lit);
   const double threshold = threshold_of(estimate.noise);
   estimate.dynamic = DynamicBackground(pictures, lit, threshold);
   const int speck = std::max(2, static_cast<int>(0.0002 * double(plate.total())));

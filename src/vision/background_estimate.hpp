@@ -51,6 +51,10 @@ struct BackgroundEstimate {
 /// @cost  O(pictures x pixels); uses all cores, and the result does not depend on how many.
 [[nodiscard]] BackgroundEstimate estimate_background(std::span<const cv::Mat> pictures, std::span<const cv::Mat> quiet);
 
+/// The noise of a BackgroundEstimate with that plate.
+/// @param pictures  at least one, CV_8UC3, of the plate's size.
+[[nodiscard]] double noise_before(const cv::Mat& plate, std::span<const cv::Mat> pictures);
+
 /// A given plate judged against pictures of the clip: fills in noise, unseen and empty.
 [[nodiscard]] BackgroundEstimate judge_plate(const cv::Mat& plate, std::span<const cv::Mat> pictures);
 

@@ -81,6 +81,20 @@ TEST_F(VideoFileTest, TheSourceSaysWhatItIs) {
   EXPECT_EQ(source->read({}), nullptr) << "the end stays the end";
 }
 
+TEST_F(VideoFileTest, SkimmedFramesLackTheirPictureAlone) {
+  write_noise("a.mkv", 4);
+  const auto frames = all_frames(*open("a.mkv"));
+  const auto source = open("a.mkv");
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    const auto frame = k % 2 == 0 ? source->skim({}) : source->read({});
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->sequence, frames[k]->sequence);
+    EXPECT_EQ(frame->device_time, frames[k]->device_time);
+    EXPECT_TRUE(k % 2 == 0 ? frame->bgr.empty() : same_pixels(frame->bgr, frames[k]->bgr)) << k;
+  }
+  EXPECT_FALSE(source->skim({}));
+}
+
 // FFmpeg gives the tick of a clock where it knows of no rate, and the coarsest one that times fall on.
 TEST_F(VideoFileTest, ATickIsNoFrameRate) {
   VideoRecipe recipe;
