@@ -34,7 +34,7 @@ struct Signal {
 struct PersonSighting {
   vision::PersonLook look;      ///< In pixels of `Observation::picture`.
   Nanoseconds time{0};          ///< Of the frame that was looked at.
-  devices::FramePtr frame;      ///< That one.
+  devices::FramePtr frame;      ///< That one; null of others.
   std::optional<double> speed;  ///< Of the fastest joint since the look before, px/s; nothing at the first look.
   std::optional<vision::PersonLook> smooth = {};  ///< The look with its joints filtered, where that is asked for.
 };

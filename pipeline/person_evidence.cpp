@@ -63,16 +63,18 @@ vision::PersonEvidence evidence_of(const PersonSighting& sighting, cv::Size size
 }
 
 vision::PersonEvidence evidence_of(const Observation& observation, cv::Size size, OtherPeople others) {
-  if (!observation.person) return {};
-  auto evidence = evidence_of(*observation.person, size, observation.time);
+  vision::PersonEvidence evidence;
+  if (observation.person) evidence = evidence_of(*observation.person, size, observation.time);
   for (const auto& other : observation.others) {
     const auto theirs = evidence_of(*other, size, observation.time);
     if (others == OtherPeople::kBodies) {
       evidence = vision::together(std::move(evidence), theirs);
     } else if (evidence.others.empty()) {
       evidence.others = theirs.likely;
+      evidence.about_others = vision::possible(theirs, size);
     } else {
       cv::max(evidence.others, theirs.likely, evidence.others);
+      evidence.about_others |= vision::possible(theirs, size);
     }
   }
   return evidence;

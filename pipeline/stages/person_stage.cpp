@@ -98,20 +98,29 @@ void PersonStage::take_effect(const std::shared_ptr<Look>& look, Observation& ob
   track_.update(look->seen);
   const auto before = std::exchange(last_, nullptr);
   const auto those_before = std::exchange(others_seen_, {});
+  constexpr auto kOthersWait = std::chrono::seconds(1);  // For the person to be found again, who is none of them.
   if (!look->seen) {
-    others_ = vision::OthersTrack(others_.seeks());
     if (filter_) filter_->forget();
+    if (look->time - seen_at_ <= kOthersWait) {
+      others_seen_ = those_before;
+    } else {
+      others_ = vision::OthersTrack(others_.seeks());
+    }
     return;
   }
   ++seen_;
+  seen_at_ = look->time;
+  const bool followed = look->query.region && *look->query.region == look->seen->region;
+  if (filter_ && !followed) filter_->forget();
   if (!before && options_.seeks_per_s) next_.reset();  // Seeking is over.
   const auto& picture = observation.picture.empty() ? observation.frame->bgr : observation.picture;
   const double factor = picture.empty() ? 1.0 : double(picture.cols) / look->frame->bgr.cols;
-  const auto now = sighting(scaled(*std::move(look->seen), factor), look->time, look->frame, before);
+  const auto now =
+      sighting(scaled(*std::move(look->seen), factor), look->time, look->frame, followed ? before : nullptr);
   if (filter_) now->smooth = filter_->next(now->look, to_seconds(now->time));
   last_ = now;
   if (look->others_query) others_.update(*look->others_query, look->others_seen, look->time.count());
-  // Who was lost leaves a gap: whose speed it is shows in the order, which stays.
+  // Who moves far between two looks has no speed.
   for (const auto& [seen, when] : others_.known()) {
     const auto scaled_one = scaled(seen, factor);
     const auto earlier = std::ranges::find_if(
@@ -136,6 +145,7 @@ void PersonStage::process(Observation& observation) {
   }
   if (!pending_ && !observation.frame->bgr.empty() && is_time(observation.time)) {
     auto look = std::make_shared<Look>(Look{observation.frame, observation.time, track_.next(), {}, {}, {}});
+    for (const auto& other : others_.known()) look->query.others.push_back(other.look);
     if (options_.others && (last_ || !beside_)) look->others_query = others_.next();
     const bool at_once = !beside_ || (options_.first_at_once && !std::exchange(asked_, true));
     const auto search = [this, look] {

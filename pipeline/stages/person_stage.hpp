@@ -62,6 +62,7 @@ class PersonStage final : public Stage {
   std::optional<vision::JointFilter> filter_;
   std::shared_ptr<const PersonSighting> last_;
   std::vector<std::shared_ptr<const PersonSighting>> others_seen_;
+  Nanoseconds seen_at_{0};  // The person, last.
   std::optional<Nanoseconds> next_;
   bool asked_ = false;
   std::uint64_t looks_ = 0, seen_ = 0;

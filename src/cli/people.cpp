@@ -53,7 +53,9 @@ std::vector<vision::PersonEvidence> people_in(std::span<const cv::Mat> pictures,
       near[i] = look->next;
       // None of them is background.
       out[i] = pipeline::evidence_of(*look, pictures[i].size());
-      const auto query = others.next();
+      auto query = others.next();
+      constexpr std::size_t kSeeks = 5;
+      query.seek = query.seek || i % kSeeks == 0;
       const auto seen = search.search_others(pictures[i], query, look);
       others.update(query, seen, 0);
       for (const auto& other : seen) {
@@ -68,6 +70,11 @@ std::vector<vision::PersonEvidence> people_in(std::span<const cv::Mat> pictures,
     if (!look) return;
     near[i] = look->next;
     out[i] = pipeline::evidence_of(*look, pictures[i].size());
+    vision::OthersQuery query;
+    query.seek = true;
+    for (const auto& other : first.search_others(pictures[i], query, look)) {
+      out[i] = vision::together(out[i], pipeline::evidence_of(*other, pictures[i].size()));
+    }
   };
   for (std::size_t i = pictures.size(); i-- > 1;) look_from(i - 1, i);
   for (std::size_t i = 1; i < pictures.size(); ++i) look_from(i, i - 1);

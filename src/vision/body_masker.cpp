@@ -194,10 +194,11 @@ MaskResult BodyMasker::process(const cv::Mat& picture, double time_s) {
 
 void BodyMasker::follow(const cv::Mat& picture, const cv::Mat& lit, double dt_s) {
   if (options_.follow_s <= 0 || dt_s <= 0) return;
-  // Slow light can wait for seven pictures: each moves an eighth of the rows.
-  for (auto& waited : waited_s_) waited += dt_s;
-  const auto turn = std::size_t(turn_++) % waited_s_.size();
-  const auto rate = static_cast<float>(1.0 - std::exp(-std::exchange(waited_s_[turn], 0.0) / options_.follow_s));
+  // Slow light can wait: each picture moves so many rows that none of them moves by more than a twentieth.
+  constexpr double kMostAtOnce = 1.0 / 20;
+  const auto turns = std::clamp(int(kMostAtOnce * options_.follow_s / dt_s), 1, 8);
+  const int turn = int(turn_++) % turns;
+  const auto rate = static_cast<float>(1.0 - std::exp(-turns * dt_s / options_.follow_s));
   const auto follow_row = [&](int y) {
     const auto* now = picture.ptr<std::uint8_t>(y);
     const auto* expected = lit.ptr<std::uint8_t>(y);
@@ -217,7 +218,7 @@ void BodyMasker::follow(const cv::Mat& picture, const cv::Mat& lit, double dt_s)
       begin = end;
     }
   };
-  for (int y = int(turn); y < picture.rows; y += int(waited_s_.size())) follow_row(y);
+  for (int y = turn; y < picture.rows; y += turns) follow_row(y);
 }
 
 // Whole parts of the mask that did not move: somebody who only moves an arm stays as they are.

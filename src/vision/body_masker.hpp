@@ -2,7 +2,6 @@
 // From a picture to the body's silhouette, frame after frame.
 #pragma once
 
-#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -94,8 +93,7 @@ class BodyMasker {
   DynamicBackground dynamic_;
   cv::Mat allowed_;  // CV_8UC1, where a body may be; empty: everywhere.
   std::optional<double> last_time_s_;
-  std::array<double, 8> waited_s_{};  // Since the rows of each turn were learned.
-  unsigned turn_ = 0;
+  unsigned turn_ = 0;    // Of the rows that are learned.
   cv::Mat still_;        // CV_8UC1, body that did not move since still_since_s_.
   cv::Mat still_looks_;  // CV_8UC3, what it looked like then.
   double still_since_s_ = 0;

@@ -27,10 +27,13 @@ cv::Mat possible(const PersonEvidence& person, cv::Size size) {
   return out;
 }
 
-cv::Mat others_alone(const PersonEvidence& person) {
+cv::Mat others_alone(const PersonEvidence& person, cv::Size size) {
   constexpr double kLikely = 127;
-  if (person.others.empty() || person.likely.empty()) return {};
-  return (person.others > kLikely) & (person.others > person.likely);
+  if (person.others.empty()) return cv::Mat::zeros(size, CV_8UC1);
+  if (person.likely.empty()) return person.about_others;
+  cv::Mat persons = person.likely > kLikely;
+  draw(person.limbs, 0, persons);
+  return (person.about_others & ~persons) | ((person.others > kLikely) & (person.others > person.likely));
 }
 
 PersonEvidence together(PersonEvidence person, const PersonEvidence& other) {
@@ -50,7 +53,10 @@ PersonEvidence brought_back(const PersonEvidence& person, const CameraShift& shi
   auto out = person;
   const cv::Mat nothing = cv::Mat::zeros(person.likely.size(), CV_8UC1);
   out.likely = brought_back(person.likely, shift, nothing);
-  if (!person.others.empty()) out.others = brought_back(person.others, shift, nothing);
+  if (!person.others.empty()) {
+    out.others = brought_back(person.others, shift, nothing);
+    out.about_others = brought_back(person.about_others, shift, nothing) > 0;
+  }
   CameraShift back;
   cv::invertAffineTransform(shift, back);
   for (auto* limbs : {&out.limbs, &out.held}) {

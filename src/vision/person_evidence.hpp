@@ -24,7 +24,8 @@ struct PersonEvidence {
       {};  ///< Where bones are, as thick as clothes are; may be the person's whatever `likely` says,
   std::vector<Limb> held = {};        ///< and so may what a hand holds.
   std::optional<double> seen_s = {};  ///< When; nothing: in this picture.
-  cv::Mat others = {};                ///< CV_8UC1, likewise: somebody else, who is not to be body; empty: nobody else.
+  cv::Mat others = {};        ///< CV_8UC1, as `likely`: somebody else, who is not to be body; empty: nobody else.
+  cv::Mat about_others = {};  ///< CV_8UC1, 0 or 255: where these may be; empty with `others`.
 };
 
 /// Of the picture's height: hair, a held fan, what the silhouette rounds off.
@@ -36,8 +37,8 @@ inline constexpr double kPersonReach = 1 / 60.0;
 /// `limbs` as they are, so many pixels thicker, in `out`, CV_8UC1.
 void draw(const std::vector<PersonEvidence::Limb>& limbs, double doubt_px, cv::Mat& out);
 
-/// Where somebody else is, and rather than the person; 0 or 255, or empty.
-[[nodiscard]] cv::Mat others_alone(const PersonEvidence& person);
+/// Where somebody else is or may be, and the person surely is not; 0 or 255. A Mat of all 0 where nobody else is.
+[[nodiscard]] cv::Mat others_alone(const PersonEvidence& person, cv::Size size);
 
 /// Both of them, as one.
 [[nodiscard]] PersonEvidence together(PersonEvidence person, const PersonEvidence& other);

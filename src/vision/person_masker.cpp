@@ -92,9 +92,10 @@ BackgroundEstimate background_behind_people(std::span<const cv::Mat> pictures, s
       }
     }
   });
-  auto estimate = judge_plate(plate, pictures);
+  BackgroundEstimate estimate;
+  estimate.plate = plate;
+  estimate.noise = noise_before(plate, pictures);
   estimate.never_seen = never_seen;
-  estimate.dynamic = {};  // The network says what is a person's.
   // Of the bodies, by the network's word, what stands before it.
   double bodies = 0, unseen = 0;
   int empty = 0;
@@ -206,12 +207,11 @@ MaskResult PersonMasker::process(const cv::Mat& picture, const PersonEvidence& l
   result.mask = cv::Mat::zeros(picture.size(), CV_8UC1);
 
   constexpr double kMoment = 0.3;
-  cv::subtract(lately_, 255 * dt_s / kMoment, lately_);
+  cv::subtract(lately_, std::ceil(255 * std::max(0.0, dt_s) / kMoment), lately_);
   PersonEvidence person = looked;
   cv::Mat near = expected(person, time_s);
-  const cv::Mat theirs = others_alone(person);
-  cv::Mat about_them = cv::Mat::zeros(picture.size(), CV_8UC1);
-  if (!theirs.empty()) cv::dilate(theirs, about_them, square(person.doubt_px + kPersonReach * picture.rows));
+  const cv::Mat about_them =
+      person.about_others.empty() ? cv::Mat::zeros(picture.size(), CV_8UC1) : person.about_others;
   ToneCurve curve;
   if (options_.follow_exposure) curve = ToneCurve(background_, picture, near | about_them | (free_looks_ < kYoung));
   cv::Mat lit = curve.apply(background_);
@@ -249,7 +249,7 @@ MaskResult PersonMasker::process(const cv::Mat& picture, const PersonEvidence& l
     if (!person.likely.empty()) last_seen_s_ = time_s;
     const bool sudden = result.sudden;
     mask = with_the_networks_word(mask, person);
-    if (!theirs.empty()) mask &= ~theirs;
+    mask &= ~others_alone(person, mask.size());
     result = finished(mask);
     result.sudden = sudden;
     result.inferred = cv::countNonZero(result.mask & never_seen_);
@@ -258,7 +258,7 @@ MaskResult PersonMasker::process(const cv::Mat& picture, const PersonEvidence& l
   // Who is not seen may stand there all the same, for a while: nothing comes to light but beside somebody who is seen.
   if (!first_time_s_) first_time_s_ = time_s;
   const bool known = !person.likely.empty() || time_s - last_seen_s_.value_or(*first_time_s_) > kFollowedFor;
-  near |= about_them | result.mask;
+  near = near | about_them | result.mask;
   if (!person.likely.empty()) lately_ |= possible(person, picture.size());
   learn(picture, lit, known ? cv::Mat(~near) : cv::Mat(~(near | never_seen_)), dt_s);
   return result;

@@ -126,10 +126,9 @@ void Segmenter::follow_camera(const BackgroundEstimate& background) {
 // From now on whether the camera moves is seen from picture to picture.
 void Segmenter::watch(const cv::Mat& picture, const PersonEvidence& person) {
   const auto small = at_most_rows(picture, kWatchedRows);
-  cv::Mat covered;
-  if (!person.likely.empty()) {
-    cv::resize(possible(person, picture.size()), covered, small.size(), 0, 0, cv::INTER_NEAREST);
-  }
+  cv::Mat covered = possible(person, picture.size());
+  if (!person.about_others.empty()) covered |= person.about_others;
+  cv::resize(covered, covered, small.size(), 0, 0, cv::INTER_NEAREST);
   camera_ = {CameraKind::kMayMove, small, CameraMotion(small, covered), {}, {}};
 }
 

@@ -98,6 +98,8 @@ TEST(Masks, WithTheNetworkAndWithoutIt) {
     std::printf("| %s | %.3f | %.3f | %.0f %% | %.0f ms | %.0f ms |\n", clip, with.mean_iou, without.mean_iou,
                 100 * with.summary.at("background").at("share_of_body_inferred").get<double>(), ms(with.summary),
                 ms(without.summary));
+    EXPECT_GE(with.mean_iou, 0.97) << clip;
+    EXPECT_GE(with.mean_iou, without.mean_iou - 0.005) << clip;
   }
 }
 

@@ -124,6 +124,7 @@ TEST_F(RealPictures, TwoWhoWalk) {
   std::snprintf(figure, sizeof figure, "%.1f and %.1f, together %.1f %%", left.mean_percent(3), right.mean_percent(3),
                 both.mean_percent(3));
   row("of the picture that is body, of two who walk", figure);
+  EXPECT_LT(1.2 * left.mean_percent(3), right.mean_percent(3)) << "he is larger";
   EXPECT_NEAR(both.mean_percent(3), left.mean_percent(3) + right.mean_percent(3), 0.1 * both.mean_percent(3));
 }
 

@@ -295,7 +295,8 @@ TEST(BackgroundBehindPeople, KnowsWhatItNeverSaw) {
 TEST(PersonMasker, SomebodyElseIsNoBodyHoweverNearAndNoBackground) {
   const cv::Rect other(92, 30, 30, 70);  // Two pixels off.
   auto person = likely_at(kBody, 4);
-  person.others = mask_of(other);
+  person.others = mask_of({95, 33, 24, 64});  // Their silhouette lacks three pixels all around.
+  person.about_others = mask_of({88, 26, 38, 78});
   auto m = masker(room());
   const auto picture = with(with(room(), kBody, kRed), other, {200, 60, 60});
   for (int k = 0; k < 200; ++k) (void)m.process(picture, person, 0.1 * k);
@@ -321,12 +322,12 @@ TEST(PersonEvidence, TwoTogetherAreOne) {
 
 TEST(PersonEvidence, WhereTwoOverlapWhoIsLikelierHasThePlace) {
   auto person = likely_at(kBody);
-  EXPECT_TRUE(others_alone(person).empty());
-  person.others = mask_of({80, 30, 30, 70});
+  EXPECT_EQ(cv::countNonZero(others_alone(person, kSize)), 0);
+  person.others = person.about_others = mask_of({80, 30, 30, 70});
   person.likely.setTo(200, person.likely);
-  EXPECT_EQ(cv::countNonZero(others_alone(person)), 30 * 70);
+  EXPECT_EQ(cv::countNonZero(others_alone(person, kSize)), 30 * 70);
   person.others.setTo(150, person.others);
-  EXPECT_EQ(cv::countNonZero(others_alone(person)), 20 * 70);
+  EXPECT_EQ(cv::countNonZero(others_alone(person, kSize)), 20 * 70);
 }
 
 }  // namespace

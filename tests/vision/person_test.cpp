@@ -211,6 +211,24 @@ TEST(OthersTrack, InTurnsItLooksAtOneOfThemOrForMore) {
   EXPECT_EQ(looked.count(1), 3u);
 }
 
+TEST(PersonSearch, WhoMovesIsSearchedForMoreClosely) {
+  auto search = test::tiny_search();
+  EXPECT_FALSE(search.search(with_spot({672, 224}, {20, 100, 24, 24}), {{}, 3})) << "nothing is known to move";
+  const auto found = search.search(with_spot({672, 224}, {30, 100, 24, 24}), {{}, 3});
+  ASSERT_TRUE(found);
+  EXPECT_LT(found->region.centre.x, 112) << "at the edge";
+  EXPECT_FALSE(search.search(with_spot({672, 224}, {30, 100, 24, 24}), {{}, 3})) << "it stands";
+  EXPECT_FALSE(search.search(with_spot({16, 2160}, {2, 100, 8, 8}), {{}, 3})) << "a column of 16";
+}
+
+TEST(PersonSearch, WhoIsLostIsNoneOfTheOthers) {
+  auto search = test::tiny_search();
+  const auto somebody = with_spot({224, 224}, {100, 100, 24, 24});
+  const auto look = search.search(somebody, {});
+  ASSERT_TRUE(look);
+  EXPECT_FALSE(search.search(somebody, {{}, {}, {*look}}));
+}
+
 TEST(PersonSearch, OthersAreFoundOnceAndThePersonIsNoneOfThem) {
   auto search = test::tiny_search();
   // In each of the two squares at the ends somebody is found in the middle, in the whole picture nobody.

@@ -21,6 +21,7 @@ struct PersonRegion {
 
   /// Takes a place in the picture to one in the region, which is a picture of `size` x `size`.
   [[nodiscard]] cv::Matx23d from_picture(int size) const;
+  friend bool operator==(const PersonRegion&, const PersonRegion&) = default;
 };
 
 /// The points of MediaPipe's pose models by their numbers; left and right are the person's own.

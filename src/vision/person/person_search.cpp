@@ -41,9 +41,10 @@ std::pair<cv::Rect, cv::Rect> beside(const cv::Rect& box, cv::Size size) {
 cv::Mat small_of(const cv::Mat& picture) {
   constexpr double kHeight = 48;
   const double factor = std::min(1.0, kHeight / picture.rows);
+  const cv::Size size(std::max(1, cvRound(factor * picture.cols)), std::max(1, cvRound(factor * picture.rows)));
   cv::Mat grey, out;
   cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
-  cv::resize(grey, out, {}, factor, factor, cv::INTER_AREA);
+  cv::resize(grey, out, size, 0, 0, cv::INTER_AREA);
   return out;
 }
 
@@ -126,7 +127,10 @@ std::optional<PersonLook> PersonSearch::largest(const cv::Mat& picture, const Pe
     auto people = detected(picture, *part);
     std::ranges::stable_sort(people, std::ranges::greater(), &PersonRegion::side);
     for (const auto& region : people) {
-      if (auto look = twice(picture, region)) return look;
+      auto look = twice(picture, region);
+      if (look && std::ranges::none_of(query.others, [&](const auto& one) { return show_the_same(*look, one); })) {
+        return look;
+      }
     }
   }
   return std::nullopt;
@@ -183,27 +187,26 @@ void OthersTrack::update(const OthersQuery& query, const std::vector<std::option
     }
   }
   for (std::size_t k = gone.size(); k-- > 0;) {
-    if (gone[k]) known_.erase(known_.begin() + std::ptrdiff_t(k));
+    if (!gone[k]) continue;
+    known_.erase(known_.begin() + std::ptrdiff_t(k));
+    if (seeks_ == PersonTrack::Seeks::kEverywhere) looks_ = 0;  // They are searched for at once.
   }
 }
 
 std::vector<std::optional<PersonLook>> PersonSearch::search_others(const cv::Mat& picture, const OthersQuery& query,
                                                                    const std::optional<PersonLook>& person) {
   std::vector<std::optional<PersonLook>> out;
-  auto known = query.known;
-  const auto is_known = [&](const PersonLook& look, std::size_t but) {
-    if (person && show_the_same(look, *person)) return true;
-    for (std::size_t k = 0; k < known.size(); ++k) {
-      if (k != but && show_the_same(look, known[k])) return true;
-    }
-    return false;
+  std::vector<PersonLook> seen;  // Of this picture.
+  if (person) seen.push_back(*person);
+  const auto is_known = [&](const PersonLook& look) {
+    return std::ranges::any_of(seen, [&](const auto& one) { return show_the_same(look, one); });
   };
   for (const auto k : query.looked) {
     auto look = network_.look(picture, query.known[k].next);
-    if (look.score < PersonTrack::kLeastScore || is_known(look, k)) {
+    if (look.score < PersonTrack::kLeastScore || is_known(look)) {
       out.emplace_back();
     } else {
-      known[k] = look;
+      seen.push_back(look);
       out.emplace_back(std::move(look));
     }
   }
@@ -223,21 +226,25 @@ std::vector<std::optional<PersonLook>> PersonSearch::search_others(const cv::Mat
       if (!part.empty()) parts.push_back(part);
     }
   };
-  if (person) leave_out(*person);
-  for (const auto& look : known) leave_out(look);
+  // Those of whom it was not their turn are where they were.
+  for (std::size_t k = 0; k < query.known.size(); ++k) {
+    if (std::ranges::find(query.looked, k) == query.looked.end()) seen.push_back(query.known[k]);
+  }
+  for (const auto& look : seen) leave_out(look);
+  const auto most = OthersTrack::kMost + (person ? 1 : 0);
   const auto only = std::size_t(query.turn.value_or(0)) % parts.size();
   for (std::size_t k = 0; k < parts.size(); ++k) {
     if (query.turn && k != only) continue;
     for (const auto& region : detected(rest, parts[k])) {
-      if (known.size() >= OthersTrack::kMost) return out;
+      if (seen.size() >= most) return out;
       const auto near = [&](const PersonLook& look) {
         return cv::norm(look.next.centre - region.centre) < std::min(look.next.side, region.side) / 8;
       };
       // A look costs as much as a search.
-      if ((person && near(*person)) || std::ranges::any_of(known, near)) continue;
+      if (std::ranges::any_of(seen, near)) continue;
       auto look = twice(picture, region);
-      if (!look || is_known(*look, known.size())) continue;
-      known.push_back(*look);
+      if (!look || is_known(*look)) continue;
+      seen.push_back(*look);
       leave_out(*look);
       out.emplace_back(std::move(look));
     }

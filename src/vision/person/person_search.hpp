@@ -22,6 +22,7 @@ enum class PersonChoice : std::uint8_t { kLargest, kLeft, kMiddle, kRight };
 struct PersonQuery {
   std::optional<PersonRegion> region;
   std::optional<int> turn;  ///< Which of the four alone; nothing: one after the other, until somebody is found.
+  std::vector<PersonLook> others = {};  ///< Who is not who was lost.
 };
 
 /// Decides where to look next, by what was seen last. Reads no clock and no picture.
@@ -78,7 +79,8 @@ class OthersTrack {
  private:
   PersonTrack::Seeks seeks_;
   std::vector<Other> known_;
-  int looks_ = 0, sought_ = 0;
+  int looks_ = 0;  // In a row.
+  int sought_ = 0;
 };
 
 /// Carries queries out.
