@@ -122,7 +122,8 @@ std::optional<PersonLook> PersonSearch::largest(const cv::Mat& picture, const Pe
                                                 const cv::Mat& before) {
   for (int turn = 0; turn < kTurns; ++turn) {
     if (query.turn && turn != *query.turn) continue;
-    const auto part = turn < kSquares ? part_of(picture.size(), turn) : what_moved(before, small_, picture.size());
+    auto part = turn < kSquares ? part_of(picture.size(), turn) : what_moved(before, small_, picture.size());
+    if (!part && query.turn) part = part_of(picture.size(), 0);  // No turn is lost.
     if (!part) continue;
     auto people = detected(picture, *part);
     std::ranges::stable_sort(people, std::ranges::greater(), &PersonRegion::side);
