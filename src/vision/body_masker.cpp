@@ -196,7 +196,7 @@ void BodyMasker::follow(const cv::Mat& picture, const cv::Mat& lit, double dt_s)
   if (options_.follow_s <= 0 || dt_s <= 0) return;
   // Slow light can wait: each picture moves so many rows that none of them moves by more than a twentieth.
   constexpr double kMostAtOnce = 1.0 / 20;
-  const auto turns = std::clamp(int(kMostAtOnce * options_.follow_s / dt_s), 1, 8);
+  const int turns = int(std::clamp(kMostAtOnce * options_.follow_s / dt_s, 1.0, 8.0));
   const int turn = int(turn_++) % turns;
   const auto rate = static_cast<float>(1.0 - std::exp(-turns * dt_s / options_.follow_s));
   const auto follow_row = [&](int y) {
