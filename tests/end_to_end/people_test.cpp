@@ -55,8 +55,10 @@ class People : public ::testing::Test {
 // The performer is in the room from 0.5 s on.
 TEST_F(People, AnalyzeSavesTheJointsOfEveryFrame) {
   analyze_with_network("synthetic://side-kicks?size=320x240&fps=20&duration=4&empty=0.5", folder_ / "out",
-                       {"--save", "joints", "--set", "segmentation=colour"});
+                       {"--save", "joints", "--set", "segmentation=colour", "--set", "person.smooth_hz=1", "--set",
+                        "person.smooth_hz_per_mps=0"});
   const Table joints(folder_ / "out/joints.csv");
+  const Table smooth(folder_ / "out/joints_smooth.csv");
   const Table frames(folder_ / "out/frames.csv");
   ASSERT_EQ(joints.rows.size(), frames.rows.size());
   int seen = 0, bodies = 0, looks = 0;
@@ -77,6 +79,23 @@ TEST_F(People, AnalyzeSavesTheJointsOfEveryFrame) {
     EXPECT_NEAR(joint["left_hip_x_m"] + joint["right_hip_x_m"], 0, 0.02) << "metres begin between the hips";
   }
   EXPECT_NEAR(looks, 10 * joints.rows.back().at("time_s"), 2);
+  // Kicks: the ankle goes its way more quietly, and no joint is there at other times.
+  ASSERT_EQ(smooth.rows.size(), joints.rows.size());
+  double raw_way = 0, smooth_way = 0;
+  for (std::size_t k = 0; k < smooth.rows.size(); ++k) {
+    ASSERT_EQ(smooth.rows[k].size(), joints.rows[k].size()) << k;
+    if (k == 0 || !joints.rows[k].contains("left_ankle_x_px") || !joints.rows[k - 1].contains("left_ankle_x_px")) {
+      continue;
+    }
+    const auto step = [k](const Table& table) {
+      return std::abs(table.rows[k].at("left_ankle_x_px") - table.rows[k - 1].at("left_ankle_x_px"));
+    };
+    raw_way += step(joints);
+    smooth_way += step(smooth);
+  }
+  EXPECT_GT(raw_way, 10);
+  EXPECT_LT(smooth_way, 0.9 * raw_way);
+  EXPECT_GT(smooth_way, 0.2 * raw_way);
   EXPECT_GT(bodies, 50);
   EXPECT_GE(seen, bodies * 9 / 10) << "of " << frames.rows.size();
   EXPECT_LE(seen, bodies + 4);

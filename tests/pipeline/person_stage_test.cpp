@@ -148,6 +148,86 @@ TEST(PersonStage, FramesWithoutAPictureAreNotLookedAt) {
   EXPECT_EQ(stage.looks(), 0u);
 }
 
+// Frames of 672 x 224, in which the search finds who is at the left or at the right.
+struct Sides {
+  bool left = false, right = false;
+};
+
+std::vector<Observation> all_seen(PersonStage& stage, const std::vector<Sides>& frames, int reduced = 224) {
+  std::vector<Observation> all;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    auto frame = std::make_shared<devices::Frame>();
+    frame->sequence = i;
+    frame->device_time = Nanoseconds(kFrame) * int(i);
+    frame->bgr = cv::Mat(224, 672, CV_8UC3, cv::Scalar());
+    if (frames[i].left) frame->bgr(cv::Rect(100, 100, 24, 24)).setTo(cv::Scalar::all(255));
+    if (frames[i].right) frame->bgr(cv::Rect(548, 100, 24, 24)).setTo(cv::Scalar::all(255));
+    auto& o = all.emplace_back();
+    o.frame = frame;
+    o.time = frame->device_time;
+    if (reduced != 224) cv::resize(frame->bgr, o.picture, {3 * reduced, reduced});
+    stage.process(o);
+  }
+  return all;
+}
+
+TEST(PersonStage, OthersStayForASecondWhileThePersonIsLostAndAreThenWhoIsFound) {
+  PersonStage stage(test::tiny_search(), looking(1000, 0));
+  std::vector<Sides> frames(40, {false, true});
+  frames[0] = frames[1] = {true, true};
+  const auto all = all_seen(stage, frames, 112);
+  for (const int i : {0, 1}) {
+    const auto& o = all[std::size_t(i)];
+    ASSERT_TRUE(o.person);
+    ASSERT_EQ(o.others.size(), 1u);
+    EXPECT_NEAR(o.person->look.region.centre.x, 55.5, 1) << "in pixels of the reduced picture";
+    EXPECT_NEAR(o.others[0]->look.region.centre.x, 279.5, 1);
+  }
+  // The last look that saw the person was at 40 ms.
+  for (std::size_t i = 2; i <= 26; ++i) {
+    EXPECT_FALSE(all[i].person) << i << ": who was another is not the person";
+    EXPECT_EQ(all[i].others.size(), 1u) << i;
+  }
+  EXPECT_FALSE(all[27].person);
+  EXPECT_TRUE(all[27].others.empty());
+  ASSERT_TRUE(all[28].person);
+  EXPECT_NEAR(all[28].person->look.region.centre.x, 279.5, 1);
+  EXPECT_TRUE(all[28].others.empty());
+}
+
+TEST(PersonStage, OthersAreNotLookedForWhereTheyAreNotWanted) {
+  auto options = looking(1000, 0);
+  options.others = false;
+  PersonStage stage(test::tiny_search(), options);
+  const auto all = all_seen(stage, {{true, true}, {true, true}});
+  EXPECT_TRUE(all[1].person);
+  EXPECT_TRUE(all[1].others.empty());
+}
+
+TEST(PersonStage, FilteredJointsBeginAnewWithWhoeverWasNotFollowed) {
+  for (const bool lost : {false, true}) {
+    auto options = looking(1000, 0);
+    options.others = false;
+    options.smooth = vision::JointFilterOptions{0.1, 0};  // So slow that who is filtered hardly moves.
+    PersonStage stage(test::tiny_search(), options);
+    std::vector<Sides> frames = {{true, false}, {true, false}};
+    if (lost) frames.push_back({});
+    frames.push_back({false, true});
+    const auto all = all_seen(stage, frames, 112);
+    EXPECT_EQ(all[2].person == nullptr, lost);
+    ASSERT_TRUE(all.back().person);
+    ASSERT_TRUE(all.back().person->smooth);
+    EXPECT_NEAR(all.back().person->smooth->points[0].at.x, 279.5, 1) << lost;
+    EXPECT_FALSE(all.back().person->speed) << "nobody went from one side to the other";
+    // Who is followed is looked at more and more closely, and so the nose comes nearer: with the filter hardly.
+    const double raw = all[1].person->look.points[0].at.y - all[0].person->look.points[0].at.y;
+    const double smooth = all[1].person->smooth->points[0].at.y - all[0].person->smooth->points[0].at.y;
+    EXPECT_GT(raw, 0.5);
+    EXPECT_LT(smooth, raw / 4);
+    EXPECT_GT(smooth, 0);
+  }
+}
+
 // A look takes longer than no time at all: at once it is late, and takes effect at the first frame behind its end.
 TEST(PersonStage, ALateLookTakesEffectLaterAndAReplayThatIsToldOfItGivesTheSame) {
   std::set<std::uint64_t> late;

@@ -254,15 +254,31 @@ TEST(PersonSearch, OthersAreFoundOnceAndThePersonIsNoneOfThem) {
   EXPECT_FALSE(search.search_others(both, query, person)[0]) << "two looks at one person";
 }
 
+// Where nothing but a look beside the person finds anybody: between the middles of the whole and of its squares.
+TEST(PersonSearch, WhoStandsBesideThePersonIsFoundThere) {
+  auto search = test::tiny_search();
+  auto both = with_spot({672, 224}, {100, 100, 24, 24});
+  both(cv::Rect(200, 100, 12, 24)).setTo(cv::Scalar::all(255));
+  const auto person = search.search(both, {{}, 1});
+  ASSERT_TRUE(person);
+  OthersQuery query;
+  query.seek = true;
+  EXPECT_TRUE(search.search_others(both, query, std::nullopt).size() == 1) << "the person, and nobody beside nobody";
+  const auto others = search.search_others(both, query, person);
+  ASSERT_EQ(others.size(), 1u);
+  EXPECT_NEAR(others[0]->region.centre.x, 206, 20);
+}
+
 TEST(PersonSearch, FollowsWhomItIsAskedTo) {
   const auto chosen = [](PersonChoice choice) {
     auto search = test::tiny_search(choice);
-    auto both = with_spot({672, 224}, {100, 100, 24, 24});
-    both(cv::Rect(548, 100, 24, 24)).setTo(cv::Scalar::all(255));
-    return search.search(both, {})->region.centre.x;
+    auto three = with_spot({672, 224}, {100, 100, 24, 24});
+    for (const int x : {324, 548}) three(cv::Rect(x, 100, 24, 24)).setTo(cv::Scalar::all(255));
+    return search.search(three, {})->region.centre.x;
   };
-  EXPECT_LT(chosen(PersonChoice::kLeft), 224);
-  EXPECT_GT(chosen(PersonChoice::kRight), 448);
+  EXPECT_NEAR(chosen(PersonChoice::kLeft), 111.5, 1);
+  EXPECT_NEAR(chosen(PersonChoice::kMiddle), 335.5, 1);
+  EXPECT_NEAR(chosen(PersonChoice::kRight), 559.5, 1);
 }
 
 }  // namespace
