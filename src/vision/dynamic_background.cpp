@@ -2,6 +2,7 @@
 #include "vision/dynamic_background.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <cstdint>
@@ -52,32 +53,60 @@ cv::Mat dense(const cv::Mat& set) {
   return share >= kDense;
 }
 
-}  // namespace
-
-cv::Mat displaced(const cv::Mat& mask, const cv::Mat& picture, const cv::Mat& wall, double threshold) {
-  assert(picture.type() == CV_8UC3 && wall.size() == picture.size() && mask.size() == picture.size());
-  const auto places = places_within(reach_of(mask.size()));
-  const cv::Rect whole({0, 0}, mask.size());
-  const int most = static_cast<int>(1000 * threshold) + 500;  // D is rounded.
+// The pixels of a mask for which something holds.
+template <typename Holds>
+cv::Mat those_of(const cv::Mat& mask, const Holds& holds) {
   cv::Mat out = cv::Mat::zeros(mask.size(), CV_8UC1);
   tbb::parallel_for(tbb::blocked_range<int>(0, mask.rows, 16), [&](const tbb::blocked_range<int>& rows) {
     for (int y = rows.begin(); y < rows.end(); ++y) {
       for (int x = 0; x < mask.cols; ++x) {
-        if (mask.at<std::uint8_t>(y, x) == 0) continue;
-        const auto& here = picture.at<cv::Vec3b>(y, x);
-        const auto alike = [&](const cv::Point& away) {
-          const cv::Point there = cv::Point(x, y) + away;
-          if (!whole.contains(there)) return false;
-          const auto& beside = wall.at<cv::Vec3b>(there);
-          const int difference = 114 * std::abs(here[0] - beside[0]) + 587 * std::abs(here[1] - beside[1]) +
-                                 299 * std::abs(here[2] - beside[2]);
-          return difference < most;
-        };
-        if (std::ranges::any_of(places, alike)) out.at<std::uint8_t>(y, x) = 255;
+        if (mask.at<std::uint8_t>(y, x) != 0 && holds(cv::Point(x, y))) out.at<std::uint8_t>(y, x) = 255;
       }
     }
   });
   return out;
+}
+
+}  // namespace
+
+SurroundedColours::SurroundedColours(const cv::Mat& picture) : reach_(reach_of(picture.size())) {
+  assert(picture.type() == CV_8UC3);
+  cv::copyMakeBorder(picture, wider_, reach_, reach_, reach_, reach_, cv::BORDER_REPLICATE);
+  for (const auto& p : places_within(reach_)) steps_.push_back(p.y * std::ptrdiff_t(wider_.step) + 3 * p.x);
+  const cv::Size squares((picture.cols + kSquare - 1) / kSquare, (picture.rows + kSquare - 1) / kSquare);
+  lowest_ = cv::Mat(squares, CV_8UC3, cv::Scalar::all(255));
+  highest_ = cv::Mat(squares, CV_8UC3, cv::Scalar());
+  for (int y = 0; y < picture.rows; ++y) {
+    for (int x = 0; x < picture.cols; ++x) {
+      const auto& colour = picture.at<cv::Vec3b>(y, x);
+      auto& low = lowest_.at<cv::Vec3b>(y / kSquare, x / kSquare);
+      auto& high = highest_.at<cv::Vec3b>(y / kSquare, x / kSquare);
+      for (int c = 0; c < 3; ++c) low[c] = std::min(low[c], colour[c]), high[c] = std::max(high[c], colour[c]);
+    }
+  }
+  cv::erode(lowest_, lowest_, cv::Mat());
+  cv::dilate(highest_, highest_, cv::Mat());
+}
+
+bool SurroundedColours::show(const cv::Vec3b& colour, cv::Point at, double threshold) const {
+  constexpr std::array kWeights = {114, 587, 299};
+  const int most = static_cast<int>(1000 * threshold) + 500;  // D is rounded.
+  const auto& low = lowest_.at<cv::Vec3b>(at.y / kSquare, at.x / kSquare);
+  const auto& high = highest_.at<cv::Vec3b>(at.y / kSquare, at.x / kSquare);
+  for (int c = 0; c < 3; ++c) {
+    if (kWeights[c] * std::max(low[c] - colour[c], colour[c] - high[c]) >= most) return false;
+  }
+  const auto* const middle = wider_.ptr<std::uint8_t>(at.y + reach_, at.x + reach_);
+  return std::ranges::any_of(steps_, [&](std::ptrdiff_t step) {
+    const auto apart = [&](int c) { return kWeights[c] * std::abs(colour[c] - middle[step + c]); };
+    return apart(0) + apart(1) + apart(2) < most;
+  });
+}
+
+cv::Mat displaced(const cv::Mat& mask, const cv::Mat& picture, const cv::Mat& wall, double threshold) {
+  assert(wall.size() == picture.size() && mask.size() == picture.size());
+  const SurroundedColours about(wall);
+  return those_of(mask, [&](cv::Point p) { return about.show(picture.at<cv::Vec3b>(p), p, threshold); });
 }
 
 DynamicBackground::DynamicBackground(std::span<const cv::Mat> pictures, std::span<const cv::Mat> backgrounds,
@@ -113,21 +142,7 @@ DynamicBackground::DynamicBackground(std::span<const cv::Mat> pictures, std::spa
   const int side = 2 * reach_of(size) + 1;
   cv::dilate(area, area_, cv::getStructuringElement(cv::MORPH_RECT, {side, side}));
   area_.setTo(0, (differing >= int(count) / 8) & ~comes_and_goes);
-  for (std::size_t k = 0; k < count; ++k) {
-    looks_.push_back(pictures[chosen(k)].clone());
-    for (const auto& shown : {looks_.back(), backgrounds[chosen(k)]}) {
-      if (lowest_.empty()) lowest_ = shown.clone(), highest_ = shown.clone();
-      cv::min(lowest_, shown, lowest_);
-      cv::max(highest_, shown, highest_);
-    }
-  }
-  const cv::Mat about = cv::getStructuringElement(cv::MORPH_RECT, {side, side});
-  cv::erode(lowest_, lowest_, about);
-  cv::dilate(highest_, highest_, about);
-  // Of a colour that is alike no channel is farther off.
-  const cv::Scalar most((1000 * threshold + 500) / 114, (1000 * threshold + 500) / 587, (1000 * threshold + 500) / 299);
-  cv::subtract(lowest_, most, lowest_);
-  cv::add(highest_, most, highest_);
+  for (std::size_t k = 0; k < count; ++k) looks_.emplace_back(pictures[chosen(k)]);
 }
 
 double DynamicBackground::share() const {
@@ -137,25 +152,18 @@ double DynamicBackground::share() const {
 cv::Mat DynamicBackground::without(const cv::Mat& mask, const cv::Mat& picture, const cv::Mat& background,
                                    double threshold) const {
   if (area_.empty()) return mask;
-  const int known = int(looks_.size()) / 3;
-  cv::Mat left = mask & area_;
-  left &= ~displaced(left, picture, background, threshold);
-  // Most of a body has a colour that was never about: nothing more is to be searched for.
-  cv::Mat within;
-  cv::inRange(picture, lowest_, highest_, within);
-  const cv::Mat others = (mask & ~area_) | (left & ~within);
-  left &= within;
-  cv::Mat times = cv::Mat::zeros(mask.size(), CV_8UC1);
-  cv::Mat kept = cv::Mat::zeros(mask.size(), CV_8UC1);
-  for (std::size_t k = 0; k < looks_.size(); ++k) {
-    times += displaced(left, picture, looks_[k], threshold) & 1;
-    left.setTo(0, times >= known);
-    // Too few are to come.
-    const cv::Mat hopeless = left & (times + double(looks_.size() - k - 1) < known);
-    kept |= hopeless;
-    left &= ~hopeless;
-  }
-  return others | kept | left;
+  const auto known = looks_.size() / 3;
+  const SurroundedColours wall(background);
+  const cv::Mat did_before = those_of(mask & area_, [&](cv::Point p) {
+    const auto& colour = picture.at<cv::Vec3b>(p);
+    if (wall.show(colour, p, threshold)) return true;
+    std::size_t times = 0;
+    for (std::size_t k = 0; times < known && times + looks_.size() - k >= known; ++k) {
+      times += looks_[k].show(colour, p, threshold) ? 1 : 0;
+    }
+    return times >= known;
+  });
+  return mask & ~did_before;
 }
 
 }  // namespace choreo::vision
