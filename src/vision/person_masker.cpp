@@ -20,6 +20,7 @@ namespace choreo::vision {
 namespace {
 
 constexpr double kLikely = 127;      // Of 255: more likely a person's than not.
+constexpr double kSure = 191;        // Three to one, which outweighs what was seen there.
 constexpr double kEntersWithin = 1;  // Seconds; of a body half of which is in the picture the network knows.
 constexpr double kFollowedFor = 3;   // Seconds, by the difference alone.
 constexpr std::uint8_t kKnown = 5;   // Looks in a row that show what was never seen: a sleeve is lacking for some.
@@ -133,7 +134,7 @@ cv::Mat PersonMasker::with_the_networks_word(const cv::Mat& foreground, const Pe
   }
   const cv::Mat likely = person.likely > kLikely;
   cv::Mat sure, silent;
-  cv::erode(likely, sure, square(person.doubt_px), {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(255));
+  cv::erode(person.likely > kSure, sure, square(person.doubt_px), {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(255));
   // What says nothing of a sleeve says nothing of its outline either.
   cv::Mat limbs = cv::Mat::zeros(mask.size(), CV_8UC1);
   draw(person.limbs, person.doubt_px, limbs);

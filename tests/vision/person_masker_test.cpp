@@ -68,6 +68,21 @@ TEST(PersonMasker, WhatNoLookCallsAPersonIsNoBody) {
   EXPECT_EQ(cv::countNonZero(nobody.mask), 0);
 }
 
+// A white coat on a wall, in which the network sees an arm.
+TEST(PersonMasker, AHalfHeartedWordDoesNotOutweighWhatWasSeenThere) {
+  const cv::Rect coat(90, 30, 24, 30);
+  for (const bool seen : {true, false}) {
+    for (const int likely : {150, 240}) {
+      auto evidence = likely_at(kBody, 1);
+      evidence.likely(coat).setTo(likely);
+      const auto unseen = seen ? cv::Mat() : mask_of(coat);
+      const auto result = masker(room(), unseen).process(with(room(), kBody, kRed), evidence, 0);
+      const double share = cv::countNonZero(result.mask(coat)) / double(coat.area());
+      EXPECT_NEAR(share, seen && likely < 191 ? 0 : 1, 0.2) << seen << likely;
+    }
+  }
+}
+
 // Upside down, say.
 TEST(PersonMasker, WhomTheNetworkLosesIsFollowedByTheDifferenceForThreeSeconds) {
   auto m = masker(room());
