@@ -73,7 +73,7 @@ class ReadingOn {
 [[noreturn]] void refuse_without_depth(const devices::Source& source) {
   throw usage_error(fmt::format("\"{}\" has no depth", source.info().name), "segmentation",
                     "depth comes from a Kinect (freenect://), OpenNI2 (openni2://), recordings of them and "
-                    "synthetic://SCRIPT?depth=1; of other sources take segmentation = \"colour\"");
+                    "synthetic://SCRIPT?depth=1; of other sources take segmentation = \"auto\" or \"colour\"");
 }
 
 struct Samples {

@@ -33,7 +33,7 @@ Network load(const fs::path& path) {
     return Network({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
   } catch (const Error& error) {
     if (error.fault() != Fault::kUsage) throw;
-    throw usage_error(fmt::format("\"{}\": {}", path.string(), error.what()), {}, error.hint());
+    throw usage_error(fmt::format("\"{}\": {}", path.string(), error.what()), {}, kPersonModelsRemedy);
   }
 }
 
@@ -56,7 +56,25 @@ std::string missing_person_models(const PersonModelOptions& options) {
   return join(missing);
 }
 
+std::string trouble_with_person_model(std::size_t model, const std::string& path) {
+  try {
+    if (model == 2) {
+      (void)load<vision::PersonDetector>(path);
+    } else {
+      (void)load<vision::PersonNetwork>(path);
+    }
+    return {};
+  } catch (const Error& error) {
+    return error.what();
+  }
+}
+
 vision::PersonSearch load_person_search(const PersonModelOptions& options) {
+  std::error_code problem;
+  if (!fs::is_directory(folder_of(options), problem)) {
+    throw usage_error(fmt::format("there is no folder \"{}\"", folder_of(options).string()),
+                      options.folder.empty() ? "" : "person.models", kPersonModelsRemedy);
+  }
   const auto files = needed(options);
   auto network = load<vision::PersonNetwork>(folder_of(options) / files[0]);
   return {std::move(network), load<vision::PersonDetector>(folder_of(options) / files[1]), options.choice};

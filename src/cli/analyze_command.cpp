@@ -191,8 +191,7 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   const auto comparer = states->comparer();
   summary.canvas = states->canvas();
   summary.sudden_changes_s = record.sudden_changes_s();
-  summary.inferred = record.masks_tally().inferred();
-  summary.camera_moved = record.masks_tally().camera_moved();
+  record.masks_tally().tell(summary);
   if (save_particles) {
     outputs::write_file(files.add("particles.csv"), outputs::particles_csv(record.particle_rows()));
   }
@@ -229,9 +228,10 @@ void declare_analyze(CLI::App& app, Command& chosen) {
   command->add_option("--out", options->out, "the folder to write to; made where it is missing")
       ->required()
       ->type_name("DIR");
-  command->add_option("--save", options->save, "also write: masks, particles, joints; may be repeated")
+  command->add_option("--save", options->save, "also write: masks, particles, joints; --save masks,joints for two")
       ->type_name("WHAT")
       ->allow_extra_args(false)
+      ->delimiter(',')
       ->check(CLI::IsMember({"masks", "particles", "joints"}));
   command->footer(kAnalyzeManual);
   command->callback(

@@ -136,25 +136,27 @@ ordered_json json_of(const std::string& driver, const DeviceEntry& device) {
 void list_models(bool as_json, ordered_json& all) {
   const auto folder = std::filesystem::path(pipeline::usual_models_folder());
   auto& list = all["models"] = ordered_json::array();
-  std::size_t missing = 0;
-  for (const auto& model : pipeline::kPersonModels) {
+  bool all_work = true;
+  std::vector<std::string> lines;
+  for (std::size_t k = 0; k < pipeline::kPersonModels.size(); ++k) {
+    const auto& model = pipeline::kPersonModels[k];
     const auto path = (folder / model.file).string();
     std::error_code problem;
     const bool is_there = std::filesystem::is_regular_file(path, problem);
-    missing += is_there ? 0 : 1;
+    const auto trouble = is_there ? pipeline::trouble_with_person_model(k, path) : "";
+    all_work = all_work && is_there && trouble.empty();
     list.push_back({{"file", path},
                     {"summary", model.summary},
                     {"origin", pipeline::kPersonModelsOrigin},
-                    {"is_there", is_there}});
+                    {"is_there", is_there},
+                    {"trouble", trouble}});
+    lines.push_back(trouble.empty() ? fmt::format("  {}{}  ({})", is_there ? "" : "missing: ", path, model.summary)
+                                    : "  cannot be used: " + trouble);
   }
   if (as_json) return;
   fmt::print("person network: {}\n", pipeline::kPersonModelsOrigin);
-  for (const auto& model : list) {
-    fmt::print("  {}{}  ({})\n",
-               model["is_there"].get<bool>() ? "" : "missing: ", one_line(model["file"].get<std::string>()),
-               model["summary"].get<std::string>());
-  }
-  if (missing > 0) fmt::print("  {}\n", pipeline::kPersonModelsRemedy);
+  for (const auto& line : lines) fmt::print("{}\n", one_line(line));
+  if (!all_work) fmt::print("  {}\n", pipeline::kPersonModelsRemedy);
 }
 
 int list_devices(bool as_json) {

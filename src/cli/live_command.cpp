@@ -428,8 +428,7 @@ int live(const LiveOptions& options, Session& session) {
   const auto& ran = summary.run.stages;
   const bool whole = ran[ran.size() - 2].frames == ran.back().frames && ring.size() == record.rows().size();
   summary.sudden_changes_s = record.sudden_changes_s();
-  summary.inferred = record.masks_tally().inferred();
-  summary.camera_moved = record.masks_tally().camera_moved();
+  record.masks_tally().tell(summary);
   const auto gathered = [&]() -> Gathered {
     return {record.rows(),           {}, record.bodies(), record.cut_bodies(), prepared.source->warnings(),
             tally.warnings(settings)};

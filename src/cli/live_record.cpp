@@ -11,7 +11,7 @@ void LiveRecordStage::process(pipeline::Observation& observation) {
   rows_.back().zstar_tt = observation.zstar_row.back();
   cut_.push_back(rows_.back().body && observation.mask.cut);
   if (keeps_particles_) particles_.push_back(observation.particles);
-  tally_.add(observation.mask);
+  tally_.add(observation.mask, to_seconds(observation.time));
   if (rows_.back().body) {
     thumbnails_.add(observation.picture, observation.mask.mask, *observation.state, rows_.back().time_s);
   }

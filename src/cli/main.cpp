@@ -54,7 +54,7 @@ const CLI::App& check_verbs(const CLI::App& app, const Words& words) {
     }
     if (words[i].starts_with("-")) return *command;  // --help and the like, or refused by CLI11.
     if (std::find(verbs.begin(), verbs.end(), words[i]) == verbs.end()) {
-      throw usage_error(fmt::format("{}: unknown command \"{}\"", said, words[i]), {}, hint_for_name(words[i], verbs));
+      throw usage_error(fmt::format("unknown command \"{} {}\"", said, words[i]), {}, hint_for_name(words[i], verbs));
     }
     command = command->get_subcommand(words[i]);
     said += " " + words[i];

@@ -27,9 +27,9 @@ pipeline::OtherPeople others_of(const config::Options& settings) {
   return settings.person.others == "bodies" ? pipeline::OtherPeople::kBodies : pipeline::OtherPeople::kLeftOut;
 }
 
-bool lacks_people(const config::Options& settings) {
-  return settings.person.models.empty() &&
-         !pipeline::missing_person_models({{}, settings.person.network == "lite"}).empty();
+std::string lacks_people(const config::Options& settings) {
+  if (!settings.person.models.empty()) return {};
+  return pipeline::missing_person_models({{}, settings.person.network == "lite"});
 }
 
 std::vector<vision::PersonEvidence> people_in(std::span<const cv::Mat> pictures, vision::PersonSearch& first,

@@ -29,8 +29,8 @@ namespace choreo::cli {
 /// What becomes of the others who are seen.
 [[nodiscard]] pipeline::OtherPeople others_of(const config::Options& settings);
 
-/// Whether the files of the usual folder are missing. A folder that was chosen has to have them.
-[[nodiscard]] bool lacks_people(const config::Options& settings);
+/// The files of the usual folder that are missing; empty: none. A folder that was chosen has to have them.
+[[nodiscard]] std::string lacks_people(const config::Options& settings);
 
 /// Where somebody is in pictures of one scene, in order of time; several are looked at at once.
 /// @param first  load_people's; others are loaded where they are needed.

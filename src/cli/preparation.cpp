@@ -97,9 +97,13 @@ Preparation::Preparation(const SourceOptions& options, const config::Options& se
       spec_(pipeline::parse_background(settings.background)),
       segmentation_(vision::segmentation_named(settings.segmentation)) {
   settings.depth.validate();
-  if (segmentation_ == vision::Segmentation::kAuto && lacks_people(settings)) {
+  const auto missing = lacks_people(settings);
+  if (segmentation_ == vision::Segmentation::kAuto && !missing.empty()) {
     segmentation_ = vision::Segmentation::kColour;
-    summary.body = "whatever differs from the background; the person network is not here (script/run brings it)";
+    summary.body = fmt::format(
+        "whatever differs from the background, and who never leaves needs a plate; there is no {}, with which it would "
+        "be a person (script/run brings it)",
+        missing);
   }
   summary.threads = threads_of(options);
   summary.instruction_set = kernel.name;
@@ -167,8 +171,7 @@ vision::Segmenter Preparation::learn_still() {
   summary.background = learned->estimate;
   summary.background_pictures = learned->pictures;
   if (segmentation_ == vision::Segmentation::kAuto) {
-    summary.body = learned->somebody ? "the person whom the network sees"
-                                     : "whatever differs from the background, until the network sees a person";
+    summary.body = "whatever differs from the background; the network saw no person";  // Until it does.
     vision::Segmenter masker(learned->estimate, settings_.mask, learned->somebody);
     summary.threshold = masker.threshold();
     return masker;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 namespace choreo::cli {
 
 outputs::FrameRow row_of(const pipeline::Observation& observation) {
@@ -25,10 +27,20 @@ outputs::ParticleRow particle_row_of(const pipeline::Observation& o) {
   return {o.frame->sequence + 1, to_seconds(o.time), o.face, o.arms, o.particles};
 }
 
+void MaskTally::tell(Summary& summary) const {
+  summary.inferred = body_ > 0 ? inferred_ / body_ : 0.0;
+  summary.camera_moved = frames_ > 0 ? moved_ / frames_ : 0.0;
+  if (summary.body.empty() || !of_person_from_s_) return;
+  summary.body = "the person whom the network sees";
+  if (*of_person_from_s_ > 0) {
+    summary.body += fmt::format(", from {:.2f} s on; before, whatever differs from the background", *of_person_from_s_);
+  }
+}
+
 void RecordStage::process(pipeline::Observation& observation) {
   const auto row = row_of(observation);
   seen_(observation);
-  tally_.add(observation.mask);
+  tally_.add(observation.mask, to_seconds(observation.time));
   if (row.body) thumbnails_.add(observation.picture, observation.mask.mask, *observation.state, row.time_s);
   if (observation.mask.sudden) sudden_changes_s_.push_back(row.time_s);
   if (seen_frames_++ % step_ == 0) {

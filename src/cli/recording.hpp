@@ -4,10 +4,12 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "cli/kept_states.hpp"
+#include "cli/summary.hpp"
 #include "cli/thumbnails.hpp"
 #include "outputs/frames_csv.hpp"
 #include "outputs/npy.hpp"
@@ -25,19 +27,19 @@ namespace choreo::cli {
 /// What decided masks, over all frames.
 class MaskTally {
  public:
-  void add(const vision::MaskResult& mask) {
+  void add(const vision::MaskResult& mask, double time_s) {
+    if (mask.of_person && !of_person_from_s_) of_person_from_s_ = frames_ > 0 ? time_s : 0;
     body_ += mask.area;
     inferred_ += mask.inferred;
     ++frames_;
     if (mask.camera_moved) ++moved_;
   }
-  /// Share of the body before background that nobody saw; 0 to 1.
-  [[nodiscard]] double inferred() const { return body_ > 0 ? inferred_ / body_ : 0.0; }
-  /// Share of the frames in which the room told nothing, since the camera moved; 0 to 1.
-  [[nodiscard]] double camera_moved() const { return frames_ > 0 ? moved_ / frames_ : 0.0; }
+  /// Writes `inferred` and `camera_moved`, and into `body`, unless it is empty, since when it is a person.
+  void tell(Summary& summary) const;
 
  private:
-  double body_ = 0;  // Pixels.
+  std::optional<double> of_person_from_s_;  // 0: from the first frame on.
+  double body_ = 0;                         // Pixels.
   double inferred_ = 0;
   double frames_ = 0, moved_ = 0;
 };

@@ -55,6 +55,7 @@ struct MaskResult {
   bool cut = false;       ///< The body touches the picture's border.
   bool sudden = false;    ///< The whole picture changed at this frame; the background is learned anew.
   bool learning = false;  ///< No mask: the background is being learned anew.
+  bool of_person = false;  ///< Body is the person whom the network sees, and not whatever differs from the background.
   bool camera_moved = false;  ///< The room told nothing: the mask is the network's, or none.
 };
 

@@ -134,9 +134,12 @@ void Segmenter::watch(const cv::Mat& picture, const PersonEvidence& person) {
 
 MaskResult Segmenter::process(const cv::Mat& picture, const cv::Mat& depth_mm, double time_s,
                               const PersonEvidence& person) {
-  if (!camera_) return of_steady(picture, depth_mm, time_s, person);
-  return camera_->kind == CameraKind::kShakes ? of_shaken(picture, depth_mm, time_s, person)
-                                              : of_watched(picture, depth_mm, time_s, person);
+  const bool of_person = person_.has_value();
+  auto result = !camera_                               ? of_steady(picture, depth_mm, time_s, person)
+                : camera_->kind == CameraKind::kShakes ? of_shaken(picture, depth_mm, time_s, person)
+                                                       : of_watched(picture, depth_mm, time_s, person);
+  result.of_person = of_person;
+  return result;
 }
 
 // Where the camera stands for a while, what is behind the person is learned.

@@ -171,7 +171,7 @@ TEST(PeopleWithoutANetwork, AreRefusedBeforeAnythingIsRead) {
     }
     arguments.insert(arguments.end(), {folder / "out", "--set", "person.models=" + (folder / "none")});
     const auto run = choreoscope_with_network(arguments);
-    EXPECT_THAT(complaint_of(run, 2), HasSubstr("there is no \"" + (folder / "none/pose_landmark_full.tflite")));
+    EXPECT_THAT(complaint_of(run, 2), HasSubstr("there is no folder \"" + (folder / "none")));
     EXPECT_THAT(hint_of(run), HasSubstr("script/run brings them"));
     EXPECT_TRUE(files_in(folder.path()).empty());
   };

@@ -66,6 +66,9 @@ TEST(PersonModels, AreNamedWhereTheyAreMissingDamagedOrOthers) {
     EXPECT_FALSE(error->hint().empty());
   };
   refused("pose_landmark_full.tflite");
+  options.folder = folder / "nowhere";
+  refused("nowhere");
+  options.folder = folder.path();
   const auto landmarks = test::tiny_landmarks({});
   const auto detector = test::tiny_detector({}, {});
   test::write_bytes(folder / "pose_landmark_full.tflite", landmarks);
@@ -77,6 +80,9 @@ TEST(PersonModels, AreNamedWhereTheyAreMissingDamagedOrOthers) {
   test::write_bytes(folder / "pose_detection.tflite", detector);
   EXPECT_NO_THROW((void)load_person_search(options));
   EXPECT_EQ(missing_person_models(options), "");
+  EXPECT_EQ(trouble_with_person_model(0, folder / "pose_landmark_full.tflite"), "");
+  EXPECT_EQ(trouble_with_person_model(2, folder / "pose_detection.tflite"), "");
+  EXPECT_THAT(trouble_with_person_model(2, folder / "pose_landmark_full.tflite"), HasSubstr("224 x 224"));
   options.quick = true;
   refused("pose_landmark_lite.tflite");
   std::filesystem::create_directory(folder / "pose_landmark_lite.tflite");

@@ -173,12 +173,15 @@ TEST(Segmenter, AsItTurnsOutWhateverDiffersIsBodyUntilAPersonWasSeenForAThirdOfA
   // What is no different from the room is no person.
   for (double t = 0.1; t < 1; t += 0.1) (void)segmenter.process(wall(), {}, t, person);
   EXPECT_FALSE(segmenter.of_person());
-  for (double t = 1; t < 1.3; t += 0.1) {
+  EXPECT_FALSE(segmenter.process(wall(), {}, 1, person).of_person);
+  for (double t = 1.1; t < 1.4; t += 0.1) {
     EXPECT_NE(cv::countNonZero(segmenter.process(both, {}, t, person).mask(chair)), 0) << t;
   }
-  for (double t = 1.3; t < 1.6; t += 0.1) (void)segmenter.process(both, {}, t, person);
+  for (double t = 1.4; t < 1.6; t += 0.1) (void)segmenter.process(both, {}, t, person);
   EXPECT_TRUE(segmenter.of_person());
-  const auto mask = segmenter.process(both, {}, 1.7, person).mask;
+  const auto result = segmenter.process(both, {}, 1.7, person);
+  EXPECT_TRUE(result.of_person);
+  const auto& mask = result.mask;
   EXPECT_EQ(cv::countNonZero(mask(chair)), 0);
   EXPECT_GT(cv::countNonZero(mask), 0.95 * kFigure.area());
 }
