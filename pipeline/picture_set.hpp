@@ -19,6 +19,7 @@
 #include "vision/arm_finder.hpp"
 #include "vision/face.hpp"
 #include "vision/face_detector.hpp"
+#include "vision/person/person_search.hpp"
 #include "vision/tone_model.hpp"
 #include "vision/tone_options.hpp"
 
@@ -43,11 +44,13 @@ struct PictureSetOptions {
 
 /// Why a picture shows no sign.
 enum class NoSign {
+  kNobody,     ///< The person network sees nobody: nothing can be told.
+  kHidden,     ///< It sees somebody of whom an arm is hidden or beyond the picture: nothing can be told.
   kNoFace,     ///< Nobody's face is known, not from the others of its scene either: nothing can be told.
   kNoTone,     ///< No tone of arms is known: nothing can be told.
   kNoArms,     ///< Hardly anything is seen of arms where they could be.
   kArmsHang,   ///< REST.
-  kUnlikeAny,  ///< What is seen of arms is covered by no sign well enough.
+  kUnlikeAny,  ///< What is seen of arms is covered by no sign well enough, or the forearms point as in none.
 };
 
 /// What one picture shows.
@@ -73,6 +76,7 @@ struct PictureReading {
   std::optional<NoSign> why = NoSign::kNoFace;
   std::optional<vision::Face> face;  ///< The signaller's; nothing where none is found.
   bool face_seen = false;            ///< In this picture itself; else it is taken from the others.
+  bool by_network = false;           ///< It was read by the person network, by itself.
   int faces = 0;                     ///< That were found, posters and false hits among them.
   bool shared = false;               ///< It shares its scene with others, and the wall is known from them.
   double overlap = 0;  ///< Between what is seen of arms and the arms of the nearest sign, REST or any, 0 to 1.
@@ -92,6 +96,12 @@ struct PictureReading {
                                                                        const PictureSetOptions& options,
                                                                        const std::function<void(double)>& progress = {},
                                                                        std::stop_token stop = {});
+
+/// Reads one picture by itself, by where the person network sees the forearms (`recognition::arm_signs`): the mean of a
+/// look at the picture and one at its mirror image. `evidence` is the person's silhouette, and `arms` go from the elbow
+/// to the wrist.
+/// @param picture  CV_8UC3.  @param mirrored  as of SemaphoreOptions.
+[[nodiscard]] PictureReading read_by_network(const cv::Mat& picture, vision::PersonSearch& people, bool mirrored);
 
 /// What `read_pictures` takes of memory at most, about, in bytes, with the reduced pictures themselves.
 /// @param pixels  of all reduced pictures together.

@@ -111,7 +111,10 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   if (options.out.empty()) throw usage_error("is empty", "--out", "name the folder to write to");
   if (summary.source.stills && options.signals.reads()) {
     refuse_what_sets_lack(options);
-    return analyze_pictures(*prepared.source, *load_faces(settings), picture_options(settings), options.out, session);
+    std::optional<vision::PersonSearch> network;
+    if (prepared.looks_for_people()) network.emplace(load_people(settings));
+    return analyze_pictures(*prepared.source, *load_faces(settings), network ? &*network : nullptr,
+                            picture_options(settings), options.out, session);
   }
   outputs::OutputSet files(options.out);
   std::vector<std::string> more;

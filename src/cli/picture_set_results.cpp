@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -77,6 +78,10 @@ std::string pictures_show(std::size_t count, std::size_t all) {
 // Why there is no letter, in a few words.
 std::string why_none(const PictureReading& reading) {
   switch (reading.why.value_or(pipeline::NoSign::kUnlikeAny)) {
+    case pipeline::NoSign::kNobody:
+      return "nobody";
+    case pipeline::NoSign::kHidden:
+      return "an arm is hidden";
     case pipeline::NoSign::kNoFace:
       return "no face";
     case pipeline::NoSign::kNoTone:
@@ -110,7 +115,7 @@ cv::Mat drawn(const cv::Mat& picture, const PictureReading& reading) {
         tile, cv::Rect(cvRound(b.x * scale), cvRound(b.y * scale), cvRound(b.width * scale), cvRound(b.height * scale)),
         reading.face_seen ? cv::Scalar(0, 255, 0) : cv::Scalar(0, 160, 160), 1);
   }
-  if (reading.overlap > 0) {
+  if (reading.overlap > 0 || (reading.by_network && reading.why != pipeline::NoSign::kNobody)) {
     for (const auto& arm : reading.arms) {
       cv::line(tile, arm.from * scale, arm.to * scale, {255, 0, 255}, 1, cv::LINE_AA);
     }
@@ -143,6 +148,12 @@ void warn_of(const std::vector<std::string>& names, const std::vector<cv::Mat>& 
     }
     return out;
   };
+  const auto [unseen, unseen_name] = first([](const auto& r) { return r.why == pipeline::NoSign::kNobody; });
+  if (unseen > 0) {
+    console.warn(fmt::format("nobody was seen in {}, the first \"{}\"", of_pictures(unseen, names.size()),
+                             one_line(unseen_name)));
+  }
+  if (readings.empty() || readings.front().by_network) return;
   const auto [faceless, faceless_name] = first([](const auto& r) { return !r.face; });
   if (faceless > 0) {
     console.warn(fmt::format("no face was found in {}, the first \"{}\": without one nothing tells where arms are",
@@ -162,10 +173,22 @@ void warn_of(const std::vector<std::string>& names, const std::vector<cv::Mat>& 
   }
 }
 
+std::optional<std::vector<PictureReading>> read_each(const std::vector<cv::Mat>& pictures, vision::PersonSearch& people,
+                                                     bool mirrored, const std::function<void(double)>& report,
+                                                     const std::stop_token& stop) {
+  std::vector<PictureReading> readings;
+  for (const auto& picture : pictures) {
+    if (stop.stop_requested()) return std::nullopt;
+    readings.push_back(pipeline::read_by_network(picture, people, mirrored));
+    report(double(readings.size()) / double(pictures.size()));
+  }
+  return readings;
+}
+
 }  // namespace
 
-int analyze_pictures(devices::Source& source, vision::FaceDetector& faces, const pipeline::PictureSetOptions& options,
-                     const std::filesystem::path& out, Session& session) {
+int analyze_pictures(devices::Source& source, vision::FaceDetector& faces, vision::PersonSearch* people,
+                     const pipeline::PictureSetOptions& options, const std::filesystem::path& out, Session& session) {
   auto& console = session.console;
   const auto stop = session.interrupt.orderly();
   options.validate();
@@ -187,8 +210,9 @@ int analyze_pictures(devices::Source& source, vision::FaceDetector& faces, const
     require_memory(info.name, expected, pixels, free);  // Later ones may be larger than the first.
   }
   if (stop.stop_requested()) throw Interrupted{};
-  const auto readings = pipeline::read_pictures(
-      pictures, faces, options, [&](double share) { console.progress("reading pictures", share); }, stop);
+  const auto report = [&](double share) { console.progress("reading pictures", share); };
+  const auto readings = people != nullptr ? read_each(pictures, *people, options.semaphore.mirrored, report, stop)
+                                          : pipeline::read_pictures(pictures, faces, options, report, stop);
   console.finish_progress();
   if (!readings) throw Interrupted{};
   outputs::write_file(files.add(kLetters), json_of(names, *readings));

@@ -97,7 +97,8 @@ TEST_F(RealPictures, OfficePhotographsAndTheirLetters) {
   row("office photographs with a letter, read", std::to_string(right) + " of " + std::to_string(labelled));
   row("letters read that are not there", std::to_string(wrong) + " of " + std::to_string(labelled + others));
   EXPECT_EQ(labelled, 30);
-  EXPECT_EQ(wrong, 0);
+  EXPECT_GE(right, 28);
+  EXPECT_LE(wrong, 1);
 }
 
 // The last frames show an empty room: its people left through the door.

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <opencv2/imgproc.hpp>
+
+#include "pipeline/picture_set.hpp"
+#include "pipeline/seen_arms.hpp"
+#include "recognition/arm_signs.hpp"
+
+namespace choreo::pipeline {
+namespace {
+
+using Name = vision::PersonPointName;
+
+// Somebody whom the network sees in a picture and in its mirror image.
+struct SeenTwice {
+  vision::PersonLook look;
+  body::ArmPoses arms;
+};
+
+constexpr double kSure = 0.9;
+
+// @param region  where to look first; nothing: anywhere.
+std::optional<SeenTwice> seen_twice(const cv::Mat& picture, vision::PersonSearch& people, bool mirrored,
+                                    const std::optional<vision::PersonRegion>& region = std::nullopt) {
+  // Who is found elsewhere instead is somebody else.
+  const auto look_at = [&people](const cv::Mat& where, const std::optional<vision::PersonRegion>& at) {
+    auto look = people.search(where, {at, std::nullopt, {}});
+    if (look && (look->score < kSure || (at && look->region != *at))) look.reset();
+    return look;
+  };
+  auto look = look_at(picture, region);
+  if (!look) return std::nullopt;
+  cv::Mat flipped;
+  cv::flip(picture, flipped, 1);
+  auto there = look->next;
+  there.centre.x = picture.cols - 1 - there.centre.x;
+  there.angle = -there.angle;
+  const auto again = look_at(flipped, there);
+  if (!again) return std::nullopt;
+  const std::array poses = {arm_poses(*look, picture.size(), mirrored), arm_poses(*again, picture.size(), !mirrored)};
+  return SeenTwice{*std::move(look), body::mean_of(poses)};
+}
+
+// Overlapping parts, in which who is small is larger.
+std::vector<cv::Rect> parts_of(cv::Size size) {
+  constexpr double kShare = 0.6;
+  const int side = std::max(1, int(kShare * std::min(size.width, size.height)));
+  std::vector<cv::Rect> parts;
+  const auto begins = [side](int length) {
+    std::vector<int> out;
+    const int count = 1 + (2 * (length - side) + side - 1) / side;  // By half a side or less.
+    for (int k = 0; k < count; ++k) out.push_back(count > 1 ? k * (length - side) / (count - 1) : 0);
+    return out;
+  };
+  for (const int y : begins(size.height)) {
+    for (const int x : begins(size.width)) parts.emplace_back(x, y, side, side);
+  }
+  return parts;
+}
+
+// The largest whom it is sure of, in the whole picture or else in a part of it.
+std::optional<SeenTwice> somebody_in(const cv::Mat& picture, vision::PersonSearch& people, bool mirrored) {
+  if (auto found = seen_twice(picture, people, mirrored)) return found;
+  std::optional<SeenTwice> largest;
+  for (const auto& part : parts_of(picture.size())) {
+    const auto look = people.search(picture(part), {});
+    if (!look || look->score < kSure) continue;
+    auto region = look->next;
+    region.centre += cv::Point2d(part.tl());
+    if (largest && largest->look.region.side >= region.side) continue;
+    if (auto found = seen_twice(picture, people, mirrored, region)) largest = std::move(found);
+  }
+  return largest;
+}
+
+}  // namespace
+
+PictureReading read_by_network(const cv::Mat& picture, vision::PersonSearch& people, bool mirrored) {
+  constexpr double kShown = 0.5;
+  PictureReading out;
+  out.by_network = true;
+  out.why = NoSign::kNobody;
+  const auto person = somebody_in(picture, people, mirrored);
+  if (!person) return out;
+  const auto& look = person->look;
+  out.face = vision::face_of(look);
+  out.face_seen = out.face.has_value();
+  out.arms = {{{look[Name::kLeftElbow].at, look[Name::kLeftWrist].at},
+               {look[Name::kRightElbow].at, look[Name::kRightWrist].at}}};
+  constexpr double kLikely = 127;
+  out.evidence = vision::silhouette_in_picture(look, picture.size()) > kLikely;
+
+  const auto signs = recognition::arm_signs(person->arms);
+  out.runner_up = signs.best;
+  out.confidence = signs.rest + signs.none;
+  if (signs.arms_hidden) {
+    out.why = NoSign::kHidden;
+    out.confidence = 0;
+  } else if (signs.probability >= kShown) {
+    out.why.reset();
+    out.sign = signs.best;
+    out.runner_up = signs.next;
+    out.confidence = signs.probability;
+  } else {
+    out.why = signs.rest > signs.none ? NoSign::kArmsHang : NoSign::kUnlikeAny;
+  }
+  return out;
+}
+
+}  // namespace choreo::pipeline
