@@ -118,7 +118,8 @@ Run run_chain(Film& film, const std::vector<body::ParticleState>& past, int thre
   stages.push_back(std::make_unique<pipeline::StateStage>(kMotionWindow_s));
   stages.push_back(face_stage(pace == Pace::kMax, &late));
   stages.push_back(std::make_unique<pipeline::ParticleStage>(pipeline::ParticleStageOptions{}));
-  stages.push_back(std::make_unique<pipeline::SemaphoreStage>(recognition::SemaphoreOptions{}, body::ParticleBounds{}));
+  stages.push_back(std::make_unique<pipeline::SemaphoreStage>(recognition::SemaphoreOptions{}, body::ParticleBounds{},
+                                                              pipeline::ReadsSigns::kOfParticles));
   stages.push_back(std::make_unique<pipeline::HistoryStage>(history, kHistory, clock, &cost));
   Run result;
   const double begin = process_seconds();

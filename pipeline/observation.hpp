@@ -14,7 +14,7 @@
 #include "body/particle_state.hpp"
 #include "core/time.hpp"
 #include "devices/frame.hpp"
-#include "recognition/semaphore_reader.hpp"
+#include "recognition/held_sign.hpp"
 #include "vision/arms.hpp"
 #include "vision/body_masker.hpp"
 #include "vision/face.hpp"
@@ -28,6 +28,7 @@ struct Signal {
   std::optional<recognition::HeldSign> held;  ///< The sign that is being held, up to now.
   std::vector<recognition::HeldSign> ended;   ///< Those that ended at this frame, in the order of their ends.
   std::string text;                           ///< The latest part of it, with what is held.
+  bool of_looks = false;                      ///< Read where the person network saw the arms; else of `particles`.
 };
 
 /// A person as a look at a frame showed them.

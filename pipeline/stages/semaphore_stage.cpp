@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <utility>
 
+#include "pipeline/seen_arms.hpp"
+
 namespace choreo::pipeline {
 namespace {
 
@@ -13,14 +15,38 @@ constexpr std::size_t kKeptText = 4096;  // Longer than what is shown and the lo
 
 }  // namespace
 
+SemaphoreStage::SemaphoreStage(const recognition::SemaphoreOptions& options, const body::ParticleBounds& bounds,
+                               ReadsSigns reads, std::optional<Nanoseconds> history)
+    : history_(history),
+      mirrored_(options.mirrored),
+      reader_(recognition::ArmSignReader(options)),
+      shown_(options),
+      forgotten_(options) {
+  if (reads == ReadsSigns::kOfParticles) reader_.emplace<recognition::SemaphoreReader>(options, bounds);
+}
+
+recognition::SemaphoreStep SemaphoreStage::read(const Observation& o) {
+  if (auto* of_particles = std::get_if<recognition::SemaphoreReader>(&reader_)) {
+    return of_particles->add(to_seconds(o.time), o.particles);
+  }
+  auto& of_looks = std::get<recognition::ArmSignReader>(reader_);
+  if (!o.looked) return of_looks.last();
+  std::optional<body::ArmPoses> arms;
+  if (o.person) arms = arm_poses(o.person->look, o.picture.size(), mirrored_);
+  return of_looks.add(to_seconds(*o.looked), arms);
+}
+
 void SemaphoreStage::process(Observation& observation) {
-  auto step = reader_.add(to_seconds(observation.time), observation.particles);
+  auto step = read(observation);
   take(step.ended);
-  observation.signal = Signal{step.now, step.held, std::move(step.ended), shown_.text_with(step.held, kShownText)};
+  observation.signal = Signal{step.now, step.held, std::move(step.ended), shown_.text_with(step.held, kShownText),
+                              std::holds_alternative<recognition::ArmSignReader>(reader_)};
   if (history_) forget(to_seconds(observation.time - *history_));
 }
 
-void SemaphoreStage::finish() { take(reader_.finish()); }
+void SemaphoreStage::finish() {
+  take(std::visit([](auto& reader) { return reader.finish(); }, reader_));
+}
 
 void SemaphoreStage::take(const std::vector<recognition::HeldSign>& ended) {
   for (const auto& sign : ended) {

@@ -1,28 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
-// From the particle state to letters and words.
+// From where arms are seen to letters and words.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "pipeline/stage.hpp"
+#include "recognition/arm_sign_reader.hpp"
 #include "recognition/semaphore_reader.hpp"
 #include "recognition/semaphore_speller.hpp"
 
 namespace choreo::pipeline {
 
-/// particles -> signal: what is shown now, what is held, the text so far.
+/// Whether signs are read of the person network's looks, or of particle states.
+enum class ReadsSigns { kOfLooks, kOfParticles };
+
+/// person or particles -> signal: what is shown now, what is held, the text so far. Times are of the frames that were
+/// looked at.
 class SemaphoreStage final : public Stage {
  public:
-  /// @param bounds  those of the states.
+  /// @param bounds  those of the states, where these are read.
   /// @param history  how long signs are kept after their ends, > 0: a run without an end has memory for no more.
   ///   Nothing: all are kept.
   /// @throws Error (usage) by options.validate() and bounds.validate().
-  SemaphoreStage(const recognition::SemaphoreOptions& options, const body::ParticleBounds& bounds,
-                 std::optional<Nanoseconds> history = std::nullopt)
-      : history_(history), reader_(options, bounds), shown_(options), forgotten_(options) {}
+  SemaphoreStage(const recognition::SemaphoreOptions& options, const body::ParticleBounds& bounds, ReadsSigns reads,
+                 std::optional<Nanoseconds> history = std::nullopt);
 
   [[nodiscard]] std::string name() const override { return "semaphore"; }
   void process(Observation& observation) override;
@@ -40,11 +45,13 @@ class SemaphoreStage final : public Stage {
   [[nodiscard]] std::uint64_t letters() const { return letters_; }  ///< Of these, all but REST.
 
  private:
+  [[nodiscard]] recognition::SemaphoreStep read(const Observation& observation);
   void take(const std::vector<recognition::HeldSign>& ended);
   void forget(double before_s);
 
   std::optional<Nanoseconds> history_;
-  recognition::SemaphoreReader reader_;
+  bool mirrored_;
+  std::variant<recognition::ArmSignReader, recognition::SemaphoreReader> reader_;
   recognition::SemaphoreSpeller shown_;      // Has the end of the text, whatever is kept.
   recognition::SemaphoreSpeller forgotten_;  // Knows what the forgotten signs changed, and none of their text.
   std::vector<recognition::HeldSign> signs_;

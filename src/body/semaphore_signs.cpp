@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 
 namespace choreo::body {
 namespace {
@@ -36,8 +37,14 @@ ArmAngles arm_at(int position, Side side) {
 
 std::span<const SemaphoreSign> semaphore_signs() { return kSigns; }
 
+std::size_t place_of(std::string_view name) {
+  const auto found = std::ranges::find(kSigns, name, &SemaphoreSign::name);
+  assert(found != kSigns.end());
+  return std::size_t(found - kSigns.begin());
+}
+
 std::optional<SemaphoreSign> semaphore(std::string_view name) {
-  const auto found = std::find_if(kSigns.begin(), kSigns.end(), [&](const auto& s) { return s.name == name; });
+  const auto found = std::ranges::find(kSigns, name, &SemaphoreSign::name);
   if (found == kSigns.end()) return std::nullopt;
   return *found;
 }

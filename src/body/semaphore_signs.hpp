@@ -2,6 +2,7 @@
 // The flag semaphore alphabet as arm positions and as poses of the figure.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -23,6 +24,9 @@ struct SemaphoreSign {
 
 /// The sign of that name; nothing where there is none. Upper case.
 [[nodiscard]] std::optional<SemaphoreSign> semaphore(std::string_view name);
+
+/// Its place in semaphore_signs(). @param name  of one of them.
+[[nodiscard]] std::size_t place_of(std::string_view name);
 
 /// The sign that shows the same two positions, whichever arm is where; nothing where no sign does.
 [[nodiscard]] std::optional<SemaphoreSign> semaphore_at(int one_arm, int other_arm);

@@ -127,13 +127,14 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   files.require_space(space_for(frames, save_masks ? summary.working_size : cv::Size()),
                       fmt::format("the matrices of {} frames", frames));
   // Files that cannot be used are refused before anything is read.
+  const bool looks = save_joints || prepared.looks_for_people() || (options.signals.reads() && prepared.can_look());
   std::optional<SignalChain> chain;
   if (options.signals.particles() || options.signals.reads() || save_particles) {
-    chain.emplace(settings, options.signals.reads(), nullptr);
+    chain.emplace(settings, options.signals.reads(), looks, nullptr);
   }
   std::optional<vision::PersonSearch> people;
-  if (save_joints || prepared.looks_for_people()) people.emplace(load_people(settings));
-  SignalTally tally;
+  if (looks) people.emplace(load_people(settings));
+  SignalTally tally(looks && options.signals.reads());
   const bool arms = chain && prepared.has_colour();
   if (chain && !arms) tally.no_colour();
   auto masker = prepared.learn();
@@ -166,7 +167,7 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   }
   stages.push_back(std::make_unique<pipeline::MaskStage>(std::move(masker), others_of(settings)));
   stages.push_back(std::make_unique<pipeline::StateStage>(settings.motion_window_s));
-  if (arms) chain->add_to(stages);
+  if (chain) chain->add_to(stages, arms);
   std::unique_ptr<KeptStates> states;
   summary.particles = arms && options.signals.particles();
   if (summary.particles) {

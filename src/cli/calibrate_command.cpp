@@ -70,7 +70,7 @@ class ReachStage final : public pipeline::Stage {
     bodies += o.mask.body ? 1 : 0;
   }
 
-  SignalTally tally;
+  SignalTally tally{false};
   body::ParticleCalibration calibration;
   std::uint64_t bodies = 0;
 };
@@ -161,7 +161,7 @@ int calibrate(const CalibrateOptions& options, Session& session) {
   const auto name = prepared.summary.source.name;
   outputs::OutputSet files(path.has_parent_path() ? path.parent_path() : fs::path("."));
   files.check(path.filename().string());
-  SignalChain chain(settings, false, nullptr);
+  SignalChain chain(settings, false, false, nullptr);
   if (prepared.summary.source.live) {
     if (!options.source.span) prepared.selection.to = kWatched;
     console.say(std::string(kWhatToDo) + "; Ctrl-C ends");
@@ -178,7 +178,7 @@ int calibrate(const CalibrateOptions& options, Session& session) {
     stages.push_back(person_stage(load_people(settings), settings, true, masker.of_person()));
   }
   stages.push_back(std::make_unique<pipeline::MaskStage>(std::move(masker), others_of(settings)));
-  chain.add_to(stages);
+  chain.add_to(stages, true);
   auto owned = std::make_unique<ReachStage>();
   const auto& reach = *owned;
   stages.push_back(std::move(owned));

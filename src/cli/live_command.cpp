@@ -100,6 +100,7 @@ Exit status: 0 done or the window was closed, 1 failed while running, 2 refused,
 std::string seen_of(const pipeline::Observation& o) {
   if (o.mask.learning) return "learning the wall";
   if (!o.state) return "no body";
+  if (o.signal && o.signal->of_looks) return o.person ? "arms are seen" : "no arms";
   if (o.skin_learned < 1 && o.face) return fmt::format("learning the skin, {:.0f} %", 100 * o.skin_learned);
   if (std::isfinite(o.zstar_row.back())) return fmt::format("Z*(t,t) {:.2f}", o.zstar_row.back());
   switch (o.arms.found) {
@@ -262,6 +263,8 @@ int live(const LiveOptions& options, Session& session) {
   }
   const bool keeps_up = pace == pipeline::Pace::kLive || summary.source.live;
   std::unique_ptr<outputs::TakeWriter> take;
+  const bool looks =
+      options.joints || prepared.looks_for_people() || (options.signals.reads() && prepared.can_look());
   std::optional<SignalChain> chain;
   if (wants_arms) {
     std::function<void(std::uint64_t)> on_late;  // What does not keep up with a camera waits for faces, too.
@@ -270,10 +273,10 @@ int live(const LiveOptions& options, Session& session) {
         if (take) take->late_face(frame);
       };
     }
-    chain.emplace(settings, options.signals.reads(), std::move(on_late), length);
+    chain.emplace(settings, options.signals.reads(), looks, std::move(on_late), length);
   }
   std::unique_ptr<pipeline::PersonStage> owned_person;
-  if (options.joints || prepared.looks_for_people()) {
+  if (looks) {
     std::function<void(std::uint64_t)> on_late;
     if (keeps_up) {
       on_late = [&take](std::uint64_t frame) {
@@ -283,7 +286,7 @@ int live(const LiveOptions& options, Session& session) {
     owned_person = person_stage_beside(settings, std::move(on_late));
   }
   const auto* person = owned_person.get();
-  SignalTally tally;
+  SignalTally tally(looks && options.signals.reads());
   const bool arms = chain && prepared.has_colour();
   if (chain && !arms) {
     tally.no_colour();
@@ -375,7 +378,7 @@ int live(const LiveOptions& options, Session& session) {
   }
   stages.push_back(std::make_unique<pipeline::MaskStage>(std::move(masker), others_of(settings)));
   stages.push_back(std::make_unique<pipeline::StateStage>(settings.motion_window_s));
-  if (arms) chain->add_to(stages);
+  if (chain) chain->add_to(stages, arms);
   stages.push_back(history.stage(length, clock, &row_cost));
   const JointsRecord* joints = nullptr;
   if (options.joints && files) {

@@ -195,6 +195,10 @@ bool Preparation::looks_for_people() const {
   return segmentation_ == vision::Segmentation::kPerson || segmentation_ == vision::Segmentation::kAuto;
 }
 
+bool Preparation::can_look() const {
+  return segmentation_ != vision::Segmentation::kColour && lacks_people(settings_).empty();
+}
+
 bool Preparation::has_colour() {
   constexpr auto kOfRecording = std::chrono::minutes(1);
   constexpr int kOfTheRest = 15;  // Frames; they wait meanwhile, where there is no colour.

@@ -43,6 +43,8 @@ class Preparation {
 
   /// Whether masks need somebody who looks for people (`PersonStage`).
   [[nodiscard]] bool looks_for_people() const;
+  /// Whether the network may tell of arms: it is there, and `segmentation` is not `colour`, which does without.
+  [[nodiscard]] bool can_look() const;
 
   /// Before `learn`: the settings that were given to the constructor have other values now.
   void settings_changed();

@@ -2,7 +2,9 @@
 #include "cli/signal_chain.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <utility>
 
 #include <fmt/format.h>
@@ -20,6 +22,34 @@ constexpr double kMostlyTone = 0.6;
 constexpr double kSomeTone = 0.002;  // A hand is more than that; less is noise.
 
 double percent(std::uint64_t part, std::uint64_t whole) { return 100.0 * double(part) / double(whole); }
+
+std::vector<outputs::Ring> arms_of(const vision::Arms& seen, double scale) {
+  std::vector<outputs::Ring> out;
+  const std::size_t arms = seen.found == vision::ArmCase::kTwoArms                                            ? 2
+                           : seen.found == vision::ArmCase::kOneArm || seen.found == vision::ArmCase::kJoined ? 1
+                                                                                                              : 0;
+  for (std::size_t k = 0; k < arms; ++k) {
+    const auto& m = seen.blob[k].moments;
+    const double per = scale * scale / m.m00;
+    out.push_back(outputs::ring_of(scale * m.centroid, per * m.mu20, per * m.mu11, per * m.mu02));
+  }
+  return out;
+}
+
+// From the elbow to the hand.
+std::vector<outputs::Ring> forearms_of(const vision::PersonLook& look, double scale) {
+  using Name = vision::PersonPointName;
+  constexpr double kHand = 1.3, kSlender = 0.2;
+  std::vector<outputs::Ring> out;
+  for (const auto& [from, to] :
+       {std::pair(Name::kLeftElbow, Name::kLeftWrist), {Name::kRightElbow, Name::kRightWrist}}) {
+    const auto elbow = scale * look[from].at;
+    const auto along = kHand * (scale * look[to].at - elbow);
+    const double half = cv::norm(along) / 2;
+    out.push_back({elbow + along / 2, {half, kSlender * half}, std::atan2(along.y, along.x) * 180 / CV_PI});
+  }
+  return out;
+}
 
 }  // namespace
 
@@ -69,7 +99,7 @@ void SignalTally::add(const pipeline::Observation& o) {
 
 std::optional<std::string> SignalTally::late_start() const {
   constexpr double kAtOnce_s = 1;
-  if (!arms_s_ || *arms_s_ - *body_s_ < kAtOnce_s) return std::nullopt;
+  if (looks_ || !arms_s_ || *arms_s_ - *body_s_ < kAtOnce_s) return std::nullopt;
   return fmt::format(
       "signs are read from {:.1f} s on: somebody was there from {:.1f} s, and the face was still to be found, the skin "
       "to be learned",
@@ -77,10 +107,20 @@ std::optional<std::string> SignalTally::late_start() const {
 }
 
 std::vector<std::string> SignalTally::warnings(const config::Options& settings) const {
+  auto lines = of_tones(settings);
+  if (looks_) {
+    for (auto& line : lines) line += "; signs are read by the person network all the same";
+  }
+  return lines;
+}
+
+std::vector<std::string> SignalTally::of_tones(const config::Options& settings) const {
   std::vector<std::string> lines;
   if (!colour_) {
     lines.emplace_back(
-        "the pictures have no colour, and tones need it: nothing is known of arms, and the silhouette goes on");
+        "the pictures have no colour, and tones need it: nothing is known of their arms, and the silhouette stands for "
+        "the "
+        "body");
   }
   if (late_ > 0) {
     lines.push_back(fmt::format(
@@ -116,31 +156,34 @@ std::vector<std::string> SignalTally::warnings(const config::Options& settings) 
   return lines;
 }
 
-SignalChain::SignalChain(const config::Options& settings, bool reads, std::function<void(std::uint64_t)> on_late,
-                         std::optional<Nanoseconds> history) {
+SignalChain::SignalChain(const config::Options& settings, bool reads, bool looks,
+                         std::function<void(std::uint64_t)> on_late, std::optional<Nanoseconds> history)
+    : looks_(looks) {
   auto options = settings.face;
   options.waits = on_late == nullptr;
   options.on_late = std::move(on_late);
   auto face = std::make_unique<pipeline::FaceStage>(load_faces(settings), std::move(options));
   face_ = face.get();
-  stages_.push_back(std::move(face));
+  by_tone_.push_back(std::move(face));
 
   pipeline::ParticleStageOptions particles;
   particles.tones = settings.tones;
   if (!settings.tones.file.empty()) particles.given = config::load_tones(settings.tones.file);
   particles.arms = settings.arms;
   particles.bounds = settings.bounds;
-  stages_.push_back(std::make_unique<pipeline::ParticleStage>(std::move(particles)));
+  by_tone_.push_back(std::make_unique<pipeline::ParticleStage>(std::move(particles)));
 
   if (!reads) return;
-  auto semaphore = std::make_unique<pipeline::SemaphoreStage>(settings.semaphore, settings.bounds, history);
+  auto semaphore = std::make_unique<pipeline::SemaphoreStage>(
+      settings.semaphore, settings.bounds, looks ? pipeline::ReadsSigns::kOfLooks : pipeline::ReadsSigns::kOfParticles,
+      history);
   semaphore_ = semaphore.get();
-  stages_.push_back(std::move(semaphore));
+  reader_ = std::move(semaphore);
 }
 
-void SignalChain::add_to(std::vector<std::unique_ptr<pipeline::Stage>>& stages) {
-  for (auto& stage : stages_) stages.push_back(std::move(stage));
-  stages_.clear();
+void SignalChain::add_to(std::vector<std::unique_ptr<pipeline::Stage>>& stages, bool colour) {
+  if (colour) std::ranges::move(by_tone_, std::back_inserter(stages));
+  if (reader_ && (colour || looks_)) stages.push_back(std::move(reader_));
 }
 
 void SignalChain::finish() {
@@ -156,13 +199,10 @@ outputs::SignalOverlay overlay_of(const pipeline::Observation& o, cv::Size pictu
     const double half = scale * o.face->width / 2;
     overlay.faces.push_back({scale * o.face->centre, {half, half}});
   }
-  const std::size_t arms = o.arms.found == vision::ArmCase::kTwoArms                                              ? 2
-                           : o.arms.found == vision::ArmCase::kOneArm || o.arms.found == vision::ArmCase::kJoined ? 1
-                                                                                                                  : 0;
-  for (std::size_t k = 0; k < arms; ++k) {
-    const auto& m = o.arms.blob[k].moments;
-    const double per = scale * scale / m.m00;
-    overlay.arms.push_back(outputs::ring_of(scale * m.centroid, per * m.mu20, per * m.mu11, per * m.mu02));
+  if (o.signal && o.signal->of_looks) {
+    if (o.person) overlay.arms = forearms_of(o.person->look, scale);
+  } else {
+    overlay.arms = arms_of(o.arms, scale);
   }
   if (!o.signal) return overlay;
   overlay.text = o.signal->text;

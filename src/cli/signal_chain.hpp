@@ -46,6 +46,9 @@ struct SignalOptions {
 /// How often what was seen of faces and arms; over all frames of a run.
 class SignalTally {
  public:
+  /// @param looks  signs are read of the network's looks: what is amiss with tones does not bear on them.
+  explicit SignalTally(bool looks) : looks_(looks) {}
+
   void add(const pipeline::Observation& observation);
   /// Says that nothing was looked at, since the pictures are grey.
   void no_colour() { colour_ = false; }
@@ -63,7 +66,10 @@ class SignalTally {
   [[nodiscard]] std::vector<std::string> warnings(const config::Options& settings) const;
 
  private:
+  [[nodiscard]] std::vector<std::string> of_tones(const config::Options& settings) const;
+
   bool colour_ = true;
+  bool looks_;
   std::uint64_t frames_ = 0;
   std::uint64_t bodies_ = 0;
   std::uint64_t several_faces_ = 0;
@@ -79,13 +85,15 @@ class SignalChain {
  public:
   /// @param on_late  told the number of a frame at which a search for faces was not ready; empty: every search is
   ///   waited for.
+  /// @param looks  whether there is a PersonStage before, of whose looks signs are read.
   /// @param history  how long signs are kept; nothing: to the end.
   /// @throws Error (usage) for a file that cannot be used or settings that do not fit together.
-  SignalChain(const config::Options& settings, bool reads, std::function<void(std::uint64_t)> on_late,
+  SignalChain(const config::Options& settings, bool reads, bool looks, std::function<void(std::uint64_t)> on_late,
               std::optional<Nanoseconds> history = std::nullopt);
 
   /// Hands the stages over; once.
-  void add_to(std::vector<std::unique_ptr<pipeline::Stage>>& stages);
+  /// @param colour  whether pictures have any: tones need it, looks do not.
+  void add_to(std::vector<std::unique_ptr<pipeline::Stage>>& stages, bool colour);
 
   /// After the run: what was held ends. While the stages live.
   void finish();
@@ -96,7 +104,9 @@ class SignalChain {
   [[nodiscard]] const pipeline::FaceStage& face() const { return *face_; }
 
  private:
-  std::vector<std::unique_ptr<pipeline::Stage>> stages_;
+  std::vector<std::unique_ptr<pipeline::Stage>> by_tone_;
+  std::unique_ptr<pipeline::Stage> reader_;
+  bool looks_;
   pipeline::FaceStage* face_ = nullptr;
   pipeline::SemaphoreStage* semaphore_ = nullptr;
 };

@@ -55,12 +55,14 @@ ArmSigns arm_signs(const body::ArmPoses& arms) {
   const auto left = odds_of(*arms[body::kLeft]);
   const auto right = odds_of(*arms[body::kRight]);
   double all = 1, best = -1, next = -1, rest = 0;
-  for (const auto& sign : signs) {
+  for (std::size_t i = 0; i < signs.size(); ++i) {
+    const auto& sign = signs[i];
     const auto l = std::size_t(sign.left), r = std::size_t(sign.right);
     double odds = left[l] * right[r];
     if (to_one_side(sign.left, sign.right)) odds = (odds + left[r] * right[l]) / 2;
     odds /= double(signs.size());
     all += odds;
+    out.of[i] = odds;
     if (sign.name == "REST") {
       rest = odds;
     } else if (odds > best) {
@@ -76,6 +78,7 @@ ArmSigns arm_signs(const body::ArmPoses& arms) {
   out.probability = best / all;
   out.rest = rest / all;
   out.none = 1 / all;
+  for (double& p : out.of) p /= all;
   return out;
 }
 

@@ -2,10 +2,12 @@
 // Which sign of semaphore two arms show, by where the forearms point.
 #pragma once
 
-#include <optional>
+#include <array>
 #include <string_view>
 
 #include "body/arm_poses.hpp"
+#include "body/semaphore_signs.hpp"
+#include "recognition/semaphore_templates.hpp"
 
 namespace choreo::recognition {
 
@@ -16,6 +18,7 @@ struct ArmSigns {
   std::string_view next;     ///< The next likely but REST; never empty.
   double rest = 0;           ///< Probability of REST.
   double none = 1;           ///< Of its being no sign at all.
+  std::array<double, kSemaphoreSigns> of{};  ///< Probability of every sign, by its place in body::semaphore_signs().
   bool arms_hidden = false;  ///< An arm is hardly seen or not at all: nothing can be told.
 };
 

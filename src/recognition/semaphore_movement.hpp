@@ -3,11 +3,11 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <optional>
 #include <string_view>
 #include <vector>
 
+#include "body/arm_poses.hpp"
 #include "recognition/semaphore_templates.hpp"
 
 namespace choreo::recognition {
@@ -15,59 +15,72 @@ namespace choreo::recognition {
 inline constexpr std::string_view kAttention = "ATTENTION";
 inline constexpr std::string_view kError = "ERROR";
 
-/// A movement that is going on or has just ended.
+/// A movement that has just ended.
 struct Movement {
   std::string_view name;  ///< kAttention or kError.
   double from = 0;        ///< Seconds: the first time that the arms were at one of its two ends,
   double to = 0;          ///< and the last.
-  double confidence = 0;  ///< Mean Z to the ends where the arms turned.
+  double confidence = 0;  ///< Mean likeness to the ends where the arms turned.
 };
 
-/// Knows a movement by the postures it goes to and fro between: both arms at 1 and 7, then at 3 and 5 (ERROR); both
-/// at 3 and 5, then crossing or together at 4 (ATTENTION). Three times there and back, each way within 1.25 seconds and
-/// with no other of these postures, nor REST, on the way.
-/// @thread thread-bound
-class MovementDetector {
+/// Where both arms are alike: down, at 1 and 7, level, at 3 and 5, overhead, or nowhere such.
+enum class Station { kRest, kLow, kLevel, kHigh, kUp, kNowhere };
+
+struct AtStation {
+  Station station = Station::kNowhere;
+  double likeness = 0;  ///< 0 to 1.
+};
+
+/// Both forearms within 22.5 degrees of the station on average, and either within 20 of that: overhead they may cross.
+/// The likeness is the cosine of what is between.
+[[nodiscard]] AtStation station_of(const body::ArmPoses& arms);
+
+/// By the templates of particle states.
+class ParticleStations {
  public:
-  explicit MovementDetector(bool mirrored, const body::ParticleBounds& bounds = {});
+  explicit ParticleStations(bool mirrored, const body::ParticleBounds& bounds = {});
 
-  /// @param time_s  increasing.
-  /// @return the movement that is over, if one is.
-  std::optional<Movement> add(double time_s, const body::ParticleState& state);
-
-  /// Says that time passed without a state.
-  std::optional<Movement> pass(double time_s);
-
-  /// The movement that is going on: three times there and back have been seen.
-  [[nodiscard]] std::optional<Movement> going_on() const;
-
-  /// Forgets what is going on and returns it.
-  std::optional<Movement> finish();
+  /// The nearest, where Z to it is above 0.85, which is the likeness.
+  [[nodiscard]] AtStation of(const body::ParticleState& state) const;
 
  private:
-  enum Station : std::size_t { kRest, kLow, kLevel, kHigh, kUp, kStations, kNowhere };
-
-  // To and fro between two stations.
-  struct Swing {
-    std::string_view name;
-    Station low, high;
-    Station last = kNowhere;
-    int ways = 0;
-    double from = 0, to = 0;
-    double sum = 0;   // of the best Z of every stay but the last
-    double best = 0;  // of the last
-  };
-  [[nodiscard]] static std::optional<Movement> complete(const Swing& swing);
-  static void restart(Swing& swing);
-  static std::optional<Movement> visit(Swing& swing, Station station, double time_s, double z);
-
   struct Template {
     UnitPsi psi;
     body::ParticleState state;
     Station station;
   };
   std::vector<Template> templates_;
-  std::array<Swing, 2> swings_;
+};
+
+/// Knows a movement by the stations it goes to and fro between: kLow and kHigh (ERROR); kHigh and kUp (ATTENTION).
+/// Three times there and back, each way within 1.25 seconds and with no other station but kLevel on the way.
+/// @thread thread-bound
+class MovementDetector {
+ public:
+  /// @param time_s  increasing.  @param where  nowhere where no arms are seen.
+  /// @return the movement that is over, if one is.
+  std::optional<Movement> add(double time_s, const AtStation& where);
+
+  /// Forgets what is going on and returns it where it was three times there and back.
+  std::optional<Movement> finish();
+
+ private:
+  // To and fro between two stations.
+  struct Swing {
+    std::string_view name;
+    Station low, high;
+    Station last = Station::kNowhere;
+    int ways = 0;
+    double from = 0, to = 0;
+    double sum = 0;   // of the best likeness of every stay but the last
+    double best = 0;  // of the last
+  };
+  [[nodiscard]] static std::optional<Movement> complete(const Swing& swing);
+  static void restart(Swing& swing);
+  static std::optional<Movement> visit(Swing& swing, double time_s, const AtStation& where);
+
+  std::array<Swing, 2> swings_ = {Swing{kError, Station::kLow, Station::kHigh},
+                                  {kAttention, Station::kHigh, Station::kUp}};
 };
 
 }  // namespace choreo::recognition

@@ -7,7 +7,6 @@
 namespace choreo::recognition {
 namespace {
 
-constexpr double kLeave = 0.12;   // seconds elsewhere that end a sign
 constexpr double kRecent = 0.20;  // seconds of states that are read as one
 constexpr double kBefore = 0.40;  // and how far back the states go that they are compared with
 constexpr double kSlowest = 1.0;  // seconds between frames up to which they follow one another
@@ -25,33 +24,10 @@ double dot(const UnitPsi& a, const UnitPsi& b) {
   return sum;
 }
 
-std::size_t index_of(std::string_view sign) {
-  const auto signs = body::semaphore_signs();
-  const auto found = std::find_if(signs.begin(), signs.end(), [&](const auto& s) { return s.name == sign; });
-  return static_cast<std::size_t>(found - signs.begin());
-}
-
 }  // namespace
 
 SemaphoreReader::SemaphoreReader(const SemaphoreOptions& options, const body::ParticleBounds& bounds)
-    : templates_(options, bounds), movements_(options.mirrored, bounds) {}
-
-HeldSign SemaphoreReader::told(const Hold& hold) {
-  return {body::semaphore_signs()[hold.sign].name, hold.from, hold.to,
-          hold.confidences > 0 ? hold.confidence_sum / hold.confidences : 0, hold.runner_up};
-}
-
-void SemaphoreReader::note(Hold& hold, double time_s, const SignReading& reading) {
-  hold.to = time_s;
-  // On its way out a sign may be held and yet not be read.
-  if (!reading.sign || *reading.sign != body::semaphore_signs()[hold.sign].name) return;
-  hold.confidence_sum += reading.confidence;
-  ++hold.confidences;
-  if (reading.confidence > hold.surest) {
-    hold.surest = reading.confidence;
-    hold.runner_up = reading.runner_up;
-  }
-}
+    : templates_(options, bounds), stations_(options.mirrored, bounds) {}
 
 SignMatch SemaphoreReader::match(const body::ParticleState& state) const {
   const auto& newest = recent_.back();
@@ -90,7 +66,7 @@ bool SemaphoreReader::still() const {
 }
 
 void SemaphoreReader::end_hold(SemaphoreStep& step) {
-  step.ended.push_back(told(*held_));
+  step.ended.push_back(held_->told());
   held_.reset();
   left_.reset();
 }
@@ -115,30 +91,25 @@ void SemaphoreReader::follow(double time_s, const SignMatch& match, SemaphoreSte
   if (held_) {
     const auto& z = match.similarity;
     const double best = *std::max_element(z.begin(), z.end());
-    const double own = z[held_->sign];
+    const double own = z[held_->sign()];
     if (own >= options.least_similarity - options.hysteresis && own >= best - options.margin) {
-      note(*held_, time_s, step.now);
+      held_->go_on(time_s, step.now);
       left_.reset();
       candidate_.reset();
       return;
     }
     if (!left_) left_ = time_s;
-    if (time_s - *left_ >= kLeave - kSlack) end_hold(step);
+    if (time_s - *left_ >= kLeaveSign_s - kSlack) end_hold(step);
   }
   const bool shown = step.now.sign && still();
-  const std::size_t sign = shown ? index_of(*step.now.sign) : 0;
+  const std::size_t sign = shown ? body::place_of(*step.now.sign) : 0;
   if (!shown) {
-    if (candidate_ && time_s - candidate_->to >= kLeave - kSlack) candidate_.reset();
+    if (candidate_ && time_s - candidate_->to() >= kLeaveSign_s - kSlack) candidate_.reset();
     return;
   }
-  if (!candidate_ || candidate_->sign != sign) {
-    Hold fresh;
-    fresh.sign = sign;
-    fresh.from = time_s;
-    candidate_ = fresh;
-  }
-  note(*candidate_, time_s, step.now);
-  if (time_s - candidate_->from < options.hold_s - kSlack) return;
+  if (!candidate_ || candidate_->sign() != sign) candidate_.emplace(sign, time_s);
+  candidate_->go_on(time_s, step.now);
+  if (time_s - candidate_->from() < options.hold_s - kSlack) return;
   if (held_) end_hold(step);
   held_ = candidate_;
   candidate_.reset();
@@ -147,7 +118,7 @@ void SemaphoreReader::follow(double time_s, const SignMatch& match, SemaphoreSte
 SemaphoreStep SemaphoreReader::add(double time_s, const std::optional<body::ParticleState>& state) {
   SemaphoreStep step;
   if (last_ && time_s <= *last_) {
-    if (held_) step.held = told(*held_);
+    if (held_) step.held = held_->told();
     return step;
   }
   lapse(time_s, state.has_value(), step);
@@ -155,7 +126,7 @@ SemaphoreStep SemaphoreReader::add(double time_s, const std::optional<body::Part
   const double before = std::max(kBefore, std::min(last_ ? time_s - *last_ : 0.0, kSlowest));
   last_ = time_s;
   if (state) {
-    take(movements_.add(time_s, *state), step);
+    take(movements_.add(time_s, stations_.of(*state)), step);
     last_state_ = time_s;
     while (!recent_.empty() && recent_.front().time_s < time_s - before - kSlack) recent_.pop_front();
     const auto& parts = state->parts();
@@ -164,9 +135,9 @@ SemaphoreStep SemaphoreReader::add(double time_s, const std::optional<body::Part
     step.now = templates_.read(matched);
     follow(time_s, matched, step);
   } else {
-    take(movements_.pass(time_s), step);
+    take(movements_.add(time_s, {}), step);
   }
-  if (held_) step.held = told(*held_);
+  if (held_) step.held = held_->told();
   return step;
 }
 

@@ -4,29 +4,13 @@
 
 #include <deque>
 #include <optional>
-#include <string_view>
 #include <vector>
 
+#include "recognition/held_sign.hpp"
 #include "recognition/semaphore_movement.hpp"
 #include "recognition/semaphore_templates.hpp"
 
 namespace choreo::recognition {
-
-/// A sign that was held, or a movement that was made.
-struct HeldSign {
-  std::string_view sign;  ///< A sign of body::semaphore_signs(), kAttention or kError.
-  double from = 0;        ///< Seconds, in the time of the states.
-  double to = 0;
-  double confidence = 0;       ///< Mean of the readings' while it was held, 0 to 1.
-  std::string_view runner_up;  ///< The sign that came nearest beside it at the surest moment; empty for a movement.
-};
-
-/// What a moment's state says, and what it changes.
-struct SemaphoreStep {
-  SignReading now;               ///< Of the last 0.2 seconds' states, whether held or not; none without a state.
-  std::optional<HeldSign> held;  ///< The sign that is being held, up to now.
-  std::vector<HeldSign> ended;   ///< Signs that are over, in the order of their ends.
-};
 
 /// Reads signs that are held: a sign begins when for `hold_s` the arms are still and one sign leads; it ends when for
 /// 0.12 seconds they have been elsewhere, were not seen for `bridge_s`, or no frame came for a second (nor for
@@ -59,17 +43,7 @@ class SemaphoreReader {
     bool joined;
     std::array<Eigen::Vector2d, 2> arm;  // from the face, in face widths
   };
-  struct Hold {
-    std::size_t sign = 0;
-    double from = 0, to = 0;
-    double confidence_sum = 0;
-    int confidences = 0;
-    double surest = -1;
-    std::string_view runner_up;
-  };
 
-  [[nodiscard]] static HeldSign told(const Hold& hold);
-  static void note(Hold& hold, double time_s, const SignReading& reading);
   [[nodiscard]] bool still() const;
   [[nodiscard]] SignMatch match(const body::ParticleState& newest) const;
   void follow(double time_s, const SignMatch& match, SemaphoreStep& step);
@@ -78,13 +52,14 @@ class SemaphoreReader {
   void take(const std::optional<Movement>& movement, SemaphoreStep& step);
 
   SemaphoreTemplates templates_;
+  ParticleStations stations_;
   MovementDetector movements_;
   std::deque<Sample> recent_;
   std::optional<double> last_;        // time of the last call
   std::optional<double> last_state_;  // time of the last state
-  std::optional<Hold> held_;
+  std::optional<SignHold> held_;
   std::optional<double> left_;  // when the arms left the sign that is held
-  std::optional<Hold> candidate_;
+  std::optional<SignHold> candidate_;
 };
 
 }  // namespace choreo::recognition

@@ -309,10 +309,9 @@ SignReading SemaphoreTemplates::read(const SignMatch& match) const {
   }
   const auto signs = body::semaphore_signs();
   SignReading reading;
-  reading.similarity = similarities[best];
-  reading.lead = similarities[best] - similarities[next];
   const double share = weight(similarities[best]) / sum;
-  if (reading.similarity >= options_.least_similarity && reading.lead >= options_.margin && match.fits) {
+  const bool leads = similarities[best] - similarities[next] >= options_.margin;
+  if (similarities[best] >= options_.least_similarity && leads && match.fits) {
     reading.sign = signs[best].name;
     reading.runner_up = signs[next].name;
     reading.confidence = share;

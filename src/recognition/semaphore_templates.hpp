@@ -11,6 +11,7 @@
 
 #include "body/particle_state.hpp"
 #include "body/semaphore_signs.hpp"
+#include "recognition/held_sign.hpp"
 #include "recognition/semaphore_options.hpp"
 
 namespace choreo::recognition {
@@ -43,15 +44,6 @@ using SignSimilarities = std::array<double, kSemaphoreSigns>;
 struct SignMatch {
   SignSimilarities similarity{};
   bool fits = false;  ///< The nearest template's arms lie where the state's do; see SemaphoreTemplates.
-};
-
-/// What one state shows.
-struct SignReading {
-  std::optional<std::string_view> sign;  ///< Nothing where no sign is near enough, or two are alike.
-  double confidence = 0;                 ///< That the answer is right, be it a sign or none, 0 to 1.
-  std::string_view runner_up;            ///< The next sign; where there is none, the nearest. Empty without a state.
-  double similarity = 0;                 ///< Z to the nearest sign.
-  double lead = 0;                       ///< By how much that exceeds the next one's.
 };
 
 /// A direction in the space of Psi.

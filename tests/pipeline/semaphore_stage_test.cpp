@@ -61,7 +61,7 @@ TEST(SemaphoreStage, InARunOfDaysTheSignsOfTheHistoryAreKeptAndNoneThatAreOlder)
   constexpr std::string_view kLetters = "ABCDEFGHIK";
   constexpr std::string_view kDigits = "1234567890";
   constexpr auto kHistory = 1h;
-  SemaphoreStage stage({}, {}, kHistory);
+  SemaphoreStage stage({}, {}, ReadsSigns::kOfParticles, kHistory);
   Showing showing(stage);
   showing.sign(0s, "NUMERALS");
   std::string shown;
@@ -92,7 +92,7 @@ TEST(SemaphoreStage, InARunOfDaysTheSignsOfTheHistoryAreKeptAndNoneThatAreOlder)
 }
 
 TEST(SemaphoreStage, WithoutAHistoryEverySignIsKept) {
-  SemaphoreStage stage({}, {});
+  SemaphoreStage stage({}, {}, ReadsSigns::kOfParticles);
   Showing showing(stage);
   std::string shown;
   for (int i = 0; i < 20; ++i) {
@@ -107,7 +107,7 @@ TEST(SemaphoreStage, WithoutAHistoryEverySignIsKept) {
 }
 
 TEST(SemaphoreStage, WithinItsHistoryNothingIsForgotten) {
-  SemaphoreStage stage({}, {}, 10min);
+  SemaphoreStage stage({}, {}, ReadsSigns::kOfParticles, 10min);
   Showing showing(stage);
   showing.sign(1s, "A");
   showing.sign(9min, "B");
