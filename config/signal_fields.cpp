@@ -226,8 +226,8 @@ void add_semaphore(std::vector<Field>& fields) {
   value("semaphore.hold_s", &S::hold_s, {0.05, 5}, "from 0.05 to 5 s", "For how long a sign is held still.");
   value("semaphore.still_widths_s", &S::still_widths_s, {0.05, 50}, "from 0.05 to 50 face widths a second",
         "Where arms are known by their tone: the speed of an arm's middle up to which it is still.");
-  value("semaphore.still_degrees_s", &S::still_degrees_s, {1, 500}, "from 1 to 500 degrees a second",
-        "Where the person network sees the arms: how fast a forearm may turn and yet be still.");
+  value("semaphore.still_degrees_s", &S::still_degrees_s, {0.1, 500}, "from 0.1 to 500 degrees a second",
+        "Where the person network sees the arms: how fast arms may turn and yet be still.");
   value("semaphore.bridge_s", &S::bridge_s, {0, 5}, "from 0 to 5 s", "So long without arms a sign goes on.");
   value("semaphore.word_gap", &S::word_gap, {0.05, 20}, "from 0.05 to 20 letters",
         "A REST of so many letters' length is a space.");

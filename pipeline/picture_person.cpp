@@ -7,7 +7,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "pipeline/picture_set.hpp"
+#include "pipeline/picture_reading.hpp"
 #include "pipeline/seen_arms.hpp"
 #include "recognition/arm_signs.hpp"
 
@@ -89,9 +89,8 @@ PictureReading read_by_network(const cv::Mat& picture, vision::PersonSearch& peo
   if (!person) return out;
   const auto& look = person->look;
   out.face = vision::face_of(look);
-  out.face_seen = out.face.has_value();
-  out.arms = {{{look[Name::kLeftElbow].at, look[Name::kLeftWrist].at},
-               {look[Name::kRightElbow].at, look[Name::kRightWrist].at}}};
+  out.forearms = {{look[Name::kLeftElbow].at, look[Name::kLeftWrist].at},
+                  {look[Name::kRightElbow].at, look[Name::kRightWrist].at}};
   constexpr double kLikely = 127;
   out.evidence = vision::silhouette_in_picture(look, picture.size()) > kLikely;
 

@@ -111,10 +111,17 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   if (options.out.empty()) throw usage_error("is empty", "--out", "name the folder to write to");
   if (summary.source.stills && options.signals.reads()) {
     refuse_what_sets_lack(options);
-    std::optional<vision::PersonSearch> network;
-    if (prepared.looks_for_people()) network.emplace(load_people(settings));
-    return analyze_pictures(*prepared.source, *load_faces(settings), network ? &*network : nullptr,
-                            picture_options(settings), options.out, session);
+    const auto tones = tone_reader_options(settings);
+    if (prepared.can_look()) {
+      auto people = load_people(settings);
+      const bool mirrored = settings.semaphore.mirrored;
+      const auto read = [&](const cv::Mat& picture) { return pipeline::read_by_network(picture, people, mirrored); };
+      return analyze_pictures(*prepared.source, read, options.out, session);
+    }
+    const auto faces = load_faces(settings);
+    const pipeline::ToneReader reader(*faces, tones);
+    return analyze_pictures(
+        *prepared.source, [&](const cv::Mat& picture) { return reader.read(picture); }, options.out, session);
   }
   outputs::OutputSet files(options.out);
   std::vector<std::string> more;

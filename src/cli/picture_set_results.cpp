@@ -37,20 +37,13 @@ std::optional<std::string> letter_of(const PictureReading& reading) {
 }
 
 // A run that is killed half way would leave nothing, and one that swaps would never end.
-// @param pixels  of the reduced pictures, as far as they are known.
-// @param free  bytes before the first of them was read.
-void require_memory(const std::string& source, std::uint64_t pictures, std::uint64_t pixels,
-                    std::optional<std::uint64_t> free) {
-  const auto bytes = pipeline::bytes_to_read(pixels, pictures) + outputs::bytes_of_sheet(pictures);
+void require_memory(const std::string& source, std::uint64_t pictures) {
+  const auto bytes = outputs::bytes_of_sheet(pictures);
+  const auto free = available_memory();
   if (!free || bytes <= *free / 10 * 8) return;
-  throw usage_error(fmt::format("its {} pictures take {:.1f} GB of memory together, and {:.1f} GB are free", pictures,
-                                1e-9 * double(bytes), 1e-9 * double(*free)),
+  throw usage_error(fmt::format("the sheet of its {} pictures takes {:.1f} GB of memory, and {:.1f} GB are free",
+                                pictures, 1e-9 * double(bytes), 1e-9 * double(*free)),
                     source, "read them in several folders");
-}
-
-std::uint64_t reduced_pixels(cv::Size size, int longest_side) {
-  const double shrink = std::min(1.0, double(longest_side) / std::max(size.width, size.height));
-  return std::uint64_t(shrink * shrink * double(size.area()));
 }
 
 std::string json_of(const std::vector<std::string>& names, const std::vector<PictureReading>& readings) {
@@ -86,8 +79,6 @@ std::string why_none(const PictureReading& reading) {
       return "no face";
     case pipeline::NoSign::kNoTone:
       return "no tone of arms is known";
-    case pipeline::NoSign::kNoArms:
-      return reading.face_seen ? "no arms" : "neither face nor arms";
     case pipeline::NoSign::kArmsHang:
       return "both arms hang";
     case pipeline::NoSign::kUnlikeAny:
@@ -113,125 +104,86 @@ cv::Mat drawn(const cv::Mat& picture, const PictureReading& reading) {
     const auto& b = reading.face->box;
     cv::rectangle(
         tile, cv::Rect(cvRound(b.x * scale), cvRound(b.y * scale), cvRound(b.width * scale), cvRound(b.height * scale)),
-        reading.face_seen ? cv::Scalar(0, 255, 0) : cv::Scalar(0, 160, 160), 1);
+        {0, 255, 0}, 1);
   }
-  if (reading.overlap > 0 || (reading.by_network && reading.why != pipeline::NoSign::kNobody)) {
-    for (const auto& arm : reading.arms) {
-      cv::line(tile, arm.from * scale, arm.to * scale, {255, 0, 255}, 1, cv::LINE_AA);
-    }
-  }
+  for (const auto& arm : reading.forearms)
+    cv::line(tile, arm.from * scale, arm.to * scale, {255, 0, 255}, 1, cv::LINE_AA);
   return tile;
 }
 
-std::vector<outputs::SheetTile> tiles_of(const std::vector<std::string>& names, const std::vector<cv::Mat>& pictures,
-                                         const std::vector<PictureReading>& readings) {
-  std::vector<outputs::SheetTile> tiles;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const auto& reading = readings[i];
-    outputs::SheetTile tile;
-    tile.picture = drawn(pictures[i], reading);
-    tile.name = names[i];
-    tile.letter = letter_of(reading).value_or("");
-    tile.beside = reading.sign ? fmt::format("{:.2f}, then {}", reading.confidence, reading.runner_up)
-                               : fmt::format("{:.2f}, {}", reading.confidence, why_none(reading));
-    tiles.push_back(std::move(tile));
-  }
-  return tiles;
+outputs::SheetTile tile_of(const std::string& name, const cv::Mat& picture, const PictureReading& reading) {
+  outputs::SheetTile tile;
+  tile.picture = drawn(picture, reading);
+  tile.name = name;
+  tile.letter = letter_of(reading).value_or("");
+  tile.beside = reading.sign ? fmt::format("{:.2f}, then {}", reading.confidence, reading.runner_up)
+                             : fmt::format("{:.2f}, {}", reading.confidence, why_none(reading));
+  return tile;
 }
 
-void warn_of(const std::vector<std::string>& names, const std::vector<cv::Mat>& pictures,
-             const std::vector<PictureReading>& readings, Console& console) {
-  const auto first = [&](auto holds) {
-    std::pair<std::size_t, std::string> out{0, {}};
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      if (holds(readings[i]) && out.first++ == 0) out.second = names[i];
-    }
-    return out;
+void warn_of(const std::vector<std::string>& names, const std::vector<PictureReading>& readings, std::size_t colourless,
+             Console& console) {
+  const auto tell = [&](pipeline::NoSign why, const char* what, const char* consequence) {
+    const auto is = [why](const auto& reading) { return reading.why == why; };
+    const auto first = std::ranges::find_if(readings, is);
+    if (first == readings.end()) return;
+    console.warn(fmt::format("{} {}, the first \"{}\"{}", what,
+                             of_pictures(std::size_t(std::ranges::count_if(readings, is)), names.size()),
+                             one_line(names[std::size_t(first - readings.begin())]), consequence));
   };
-  const auto [unseen, unseen_name] = first([](const auto& r) { return r.why == pipeline::NoSign::kNobody; });
-  if (unseen > 0) {
-    console.warn(fmt::format("nobody was seen in {}, the first \"{}\"", of_pictures(unseen, names.size()),
-                             one_line(unseen_name)));
+  tell(pipeline::NoSign::kNobody, "nobody was seen in", "");
+  tell(pipeline::NoSign::kNoFace, "no face was found in", ": without one nothing tells where arms are");
+  if (colourless > 0 && !readings.front().by_network) {
+    console.warn(fmt::format("no colour in {}: tones need it, and nothing tells of arms",
+                             of_pictures(colourless, names.size())));
   }
-  if (readings.empty() || readings.front().by_network) return;
-  const auto [faceless, faceless_name] = first([](const auto& r) { return !r.face; });
-  if (faceless > 0) {
-    console.warn(fmt::format("no face was found in {}, the first \"{}\": without one nothing tells where arms are",
-                             of_pictures(faceless, names.size()), one_line(faceless_name)));
-  }
-  const auto grey = std::find_if(pictures.begin(), pictures.end(), vision::colourless);
-  if (grey != pictures.end()) {
-    const auto count = std::count_if(pictures.begin(), pictures.end(), vision::colourless);
-    console.warn(fmt::format(
-        "no colour in {}, the first \"{}\": tones need it, and only what differs from the wall tells of arms",
-        of_pictures(std::size_t(count), names.size()), one_line(names[std::size_t(grey - pictures.begin())])));
-  }
-  const auto [alone, alone_name] = first([](const auto& r) { return !r.shared; });
-  if (alone > 0 && names.size() > 1) {
-    console.warn(fmt::format("{} a scene of {} own, the first \"{}\": what has skin's colour there counts as arm",
-                             pictures_show(alone, names.size()), alone == 1 ? "its" : "their", one_line(alone_name)));
-  }
-}
-
-std::optional<std::vector<PictureReading>> read_each(const std::vector<cv::Mat>& pictures, vision::PersonSearch& people,
-                                                     bool mirrored, const std::function<void(double)>& report,
-                                                     const std::stop_token& stop) {
-  std::vector<PictureReading> readings;
-  for (const auto& picture : pictures) {
-    if (stop.stop_requested()) return std::nullopt;
-    readings.push_back(pipeline::read_by_network(picture, people, mirrored));
-    report(double(readings.size()) / double(pictures.size()));
-  }
-  return readings;
 }
 
 }  // namespace
 
-int analyze_pictures(devices::Source& source, vision::FaceDetector& faces, vision::PersonSearch* people,
-                     const pipeline::PictureSetOptions& options, const std::filesystem::path& out, Session& session) {
+int analyze_pictures(devices::Source& source, const ReadPicture& read_picture, const std::filesystem::path& out,
+                     Session& session) {
   auto& console = session.console;
   const auto stop = session.interrupt.orderly();
-  options.validate();
   outputs::OutputSet files(out);
   files.check(kLetters);
   files.check(kSheet);
   const auto& info = source.info();
   const auto expected =
       std::uint64_t(std::llround(to_seconds(info.duration.value_or(Nanoseconds{0})) * info.nominal_fps));
-  const auto free = available_memory();
-  require_memory(info.name, expected, expected * reduced_pixels(info.size, options.longest_side), free);
-  std::vector<cv::Mat> pictures;
+  require_memory(info.name, expected);
   std::vector<std::string> names;
-  std::uint64_t pixels = 0;
+  std::vector<PictureReading> readings;
+  std::vector<outputs::SheetTile> tiles;
+  std::size_t colourless = 0;
   while (const auto frame = source.read(stop)) {
-    pictures.push_back(pipeline::reduced_picture(frame->bgr, options.longest_side));
+    const auto picture = pipeline::reduced_picture(frame->bgr);
+    colourless += vision::colourless(picture) ? 1 : 0;
     names.push_back(frame->name);
-    pixels += pictures.back().total();
-    require_memory(info.name, expected, pixels, free);  // Later ones may be larger than the first.
+    readings.push_back(read_picture(picture));
+    tiles.push_back(tile_of(names.back(), picture, readings.back()));
+    readings.back().evidence.release();  // Drawn, and large.
+    console.progress("reading pictures", double(readings.size()) / double(std::max<std::uint64_t>(expected, 1)));
   }
   if (stop.stop_requested()) throw Interrupted{};
-  const auto report = [&](double share) { console.progress("reading pictures", share); };
-  const auto readings = people != nullptr ? read_each(pictures, *people, options.semaphore.mirrored, report, stop)
-                                          : pipeline::read_pictures(pictures, faces, options, report, stop);
   console.finish_progress();
-  if (!readings) throw Interrupted{};
-  outputs::write_file(files.add(kLetters), json_of(names, *readings));
-  const auto sheet = outputs::picture_sheet(tiles_of(names, pictures, *readings));
+  outputs::write_file(files.add(kLetters), json_of(names, readings));
+  const auto sheet = outputs::picture_sheet(tiles);
   outputs::write_file(files.add(kSheet), outputs::png_of(sheet));
   supersede_others(files, std::vector<std::string>{kLetters, kSheet});
   files.commit();
   for (const auto& warning : source.warnings()) console.warn(warning);
-  warn_of(names, pictures, *readings, console);
+  warn_of(names, readings, colourless, console);
   std::string letters;
   std::size_t read = 0;
-  for (const auto& reading : *readings) {
+  for (const auto& reading : readings) {
     const auto letter = letter_of(reading);
     read += letter ? 1 : 0;
     letters += (letters.empty() ? "" : " ") + letter.value_or("-");
   }
   fmt::print("{} a sign: {}\n", pictures_show(read, names.size()), letters);
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const auto& reading = (*readings)[i];
+    const auto& reading = readings[i];
     if (reading.sign) continue;
     fmt::print("{}: no letter, {} (confidence {:.3f})\n", one_line(names[i]), why_none(reading), reading.confidence);
   }

@@ -73,13 +73,14 @@ std::unique_ptr<vision::FaceDetector> load_faces(const config::Options& settings
   return pipeline::load_face_detector(models);
 }
 
-pipeline::PictureSetOptions picture_options(const config::Options& settings) {
-  pipeline::PictureSetOptions options;
+pipeline::ToneReaderOptions tone_reader_options(const config::Options& settings) {
+  pipeline::ToneReaderOptions options;
   options.semaphore = settings.semaphore;
   options.least_face = settings.face.search.least_share;
   options.most_face = settings.face.search.most_share;
   options.tones = settings.tones;
   options.arms = settings.arms;
+  options.bounds = settings.bounds;
   if (!settings.tones.file.empty()) options.given = config::load_tones(settings.tones.file);
   return options;
 }

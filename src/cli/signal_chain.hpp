@@ -14,7 +14,7 @@
 #include "cli/console.hpp"
 #include "config/options.hpp"
 #include "outputs/signal_overlay.hpp"
-#include "pipeline/picture_set.hpp"
+#include "pipeline/picture_reading.hpp"
 #include "pipeline/stages/face_stage.hpp"
 #include "pipeline/stages/particle_stage.hpp"
 #include "pipeline/stages/semaphore_stage.hpp"
@@ -40,8 +40,8 @@ struct SignalOptions {
 /// The detector that the settings name. @throws Error (usage) for a file that cannot be used.
 [[nodiscard]] std::unique_ptr<vision::FaceDetector> load_faces(const config::Options& settings);
 
-/// What reading a set of pictures takes of the settings. @throws Error (usage) likewise.
-[[nodiscard]] pipeline::PictureSetOptions picture_options(const config::Options& settings);
+/// What reading pictures by tone takes of the settings. @throws Error (usage) likewise.
+[[nodiscard]] pipeline::ToneReaderOptions tone_reader_options(const config::Options& settings);
 
 /// How often what was seen of faces and arms; over all frames of a run.
 class SignalTally {

@@ -5,18 +5,29 @@
 #include <cmath>
 #include <cstddef>
 #include <iterator>
+#include <numeric>
 
 namespace choreo::recognition {
 namespace {
 
-constexpr double kRecent = 0.20;      // Seconds of looks that are read as one.
-constexpr double kSlowest = 1.0;      // Seconds between looks up to which they follow one another.
 constexpr std::ptrdiff_t kLeast = 3;  // Looks that a hold takes.
+constexpr double kByChance = 1.5;     // Standard errors.
 constexpr double kShown = 0.5;        // Probability from which a sign is shown,
+constexpr double kBegins = 0.7;       // from which it is held,
 constexpr double kStays = 0.25;       // and down to which one that is held may fall.
-constexpr double kSlack = 1e-3;       // Seconds; cameras count milliseconds.
+constexpr double kEarly = 1e-3;       // Seconds; cameras count milliseconds.
 
 bool both_seen(const std::optional<body::ArmPoses>& arms) { return arms && !arm_signs(*arms).arms_hidden; }
+
+// Standard deviation of single looks, by second differences: whatever turns evenly has none.
+double look_error(const std::vector<double>& degrees) {
+  double square = 0;
+  for (std::size_t k = 2; k < degrees.size(); ++k) {
+    const double second = degrees[k - 2] - 2 * degrees[k - 1] + degrees[k];
+    square += second * second;
+  }
+  return std::sqrt(square / 6 / std::max(1.0, double(degrees.size()) - 2));
+}
 
 SignReading reading_of(const ArmSigns& signs) {
   SignReading out;
@@ -41,7 +52,7 @@ body::ArmPoses ArmSignReader::mean_of(Looks::const_iterator from, Looks::const_i
 
 std::optional<ArmSignReader::Looks::const_iterator> ArmSignReader::long_enough() const {
   if (looks_.size() < std::size_t(kLeast)) return std::nullopt;
-  const double begin = looks_.back().time_s - options_.hold_s + kSlack;
+  const double begin = looks_.back().time_s - options_.hold_s + kEarly;
   // The last one that is early enough.
   const auto later = std::ranges::find_if(looks_, [&](const auto& look) { return look.time_s > begin; });
   if (later == looks_.begin()) return std::nullopt;
@@ -52,15 +63,21 @@ std::optional<ArmSignReader::Looks::const_iterator> ArmSignReader::long_enough()
 bool ArmSignReader::still(Looks::const_iterator from) const {
   const auto count = std::distance(from, looks_.end());
   const double most = options_.still_degrees_s * (looks_.back().time_s - from->time_s);
-  std::array<body::ArmPoses, 3> thirds;
-  for (std::ptrdiff_t k = 0; k < 3; ++k) {
-    thirds[std::size_t(k)] = mean_of(std::next(from, k * count / 3), std::next(from, (k + 1) * count / 3));
-  }
+  const auto part_is_still = [&](body::Side side, double body::ArmPose::*part) {
+    std::vector<double> turned;
+    for (auto look = from; look != looks_.end(); ++look) {
+      turned.push_back(body::turn((*from->arms[side]).*part, (*look->arms[side]).*part));
+    }
+    std::array<double, 3> third{};
+    for (std::ptrdiff_t k = 0; k < 3; ++k) {
+      const auto begin = turned.begin() + k * count / 3, end = turned.begin() + (k + 1) * count / 3;
+      third[std::size_t(k)] = std::accumulate(begin, end, 0.0) / double(end - begin);
+    }
+    const auto [least, greatest] = std::ranges::minmax(third);
+    return greatest - least <= most + kByChance * look_error(turned) / std::sqrt(double(count) / 3);
+  };
   return std::ranges::all_of(std::array{body::kLeft, body::kRight}, [&](auto side) {
-    const auto turned = [&](std::size_t a, std::size_t b) {
-      return std::abs(body::turn(thirds[a][side]->fore, thirds[b][side]->fore));
-    };
-    return std::max({turned(0, 1), turned(1, 2), turned(0, 2)}) <= most;
+    return part_is_still(side, &body::ArmPose::upper) && part_is_still(side, &body::ArmPose::fore);
   });
 }
 
@@ -74,7 +91,7 @@ void ArmSignReader::lapse(double time_s, bool seen, SemaphoreStep& step) {
   if (!last_arms_) return;
   // From one look to the next no time was without arms, however slowly they come; only a gap between looks was.
   const bool at_once = seen && last_arms_ == last_;
-  if (time_s - *last_arms_ <= (at_once ? std::max(options_.bridge_s, kSlowest) : options_.bridge_s) + kSlack) return;
+  if (time_s - *last_arms_ <= (at_once ? std::max(options_.bridge_s, kSlowest_s) : options_.bridge_s) + kEarly) return;
   if (held_) end_hold(step);
   looks_.clear();
 }
@@ -87,7 +104,7 @@ void ArmSignReader::follow(double time_s, const ArmSigns& now, SemaphoreStep& st
       return;
     }
     if (!left_) left_ = time_s;
-    if (time_s - *left_ < kLeaveSign_s - kSlack) return;
+    if (time_s - *left_ < kLeaveSign_s - kEarly) return;
     end_hold(step);
     // The same sign again begins anew.
     looks_.erase(looks_.begin(), std::prev(looks_.end()));
@@ -95,7 +112,7 @@ void ArmSignReader::follow(double time_s, const ArmSigns& now, SemaphoreStep& st
   const auto from = long_enough();
   if (!from || !still(*from)) return;
   const auto throughout = reading_of(arm_signs(mean_of(*from, looks_.end())));
-  if (!throughout.sign || throughout.sign != now_.sign) return;
+  if (!throughout.sign || throughout.sign != now_.sign || throughout.confidence < kBegins) return;
   held_.emplace(body::place_of(*throughout.sign), (*from)->time_s);
   held_->go_on(time_s, throughout);
 }
@@ -116,11 +133,11 @@ SemaphoreStep ArmSignReader::add(double time_s, const std::optional<body::ArmPos
   if (seen) {
     last_arms_ = time_s;
     looks_.push_back({time_s, *arms});
-    while (looks_.size() > std::size_t(kLeast) && looks_[1].time_s <= time_s - options_.hold_s - kRecent) {
+    while (looks_.size() > std::size_t(kLeast) && looks_[1].time_s <= time_s - options_.hold_s - kRecentSigns_s) {
       looks_.pop_front();
     }
     const auto recent =
-        std::ranges::find_if(looks_, [&](const auto& look) { return look.time_s >= time_s - kRecent - kSlack; });
+        std::ranges::find_if(looks_, [&](const auto& look) { return look.time_s >= time_s - kRecentSigns_s - kEarly; });
     const auto now = arm_signs(mean_of(recent, looks_.end()));
     now_ = reading_of(now);
     follow(time_s, now, step);

@@ -14,9 +14,9 @@
 
 namespace choreo::recognition {
 
-/// Reads signs that are held. A sign is held where for `hold_s` and three looks the forearms turned no
-/// faster than `still_degrees_s` there and back, and the mean of these looks shows it more likely than not
-/// (`arm_signs`): it is known with the look that completes the time, and began with the first of them. It ends when for
+/// Reads signs that are held. A sign is held where for `hold_s` and three looks upper arms and
+/// forearms turned no faster than `still_degrees_s` and what looks differ by, and the mean of these looks shows it
+/// with a probability of 0.7 (`arm_signs`): it is known with the look that completes the time, and began with the first of them. It ends when for
 /// 0.12 seconds the arms have been elsewhere, were not seen for `bridge_s`, or no look came for a second (nor for
 /// `bridge_s`). One held sign is one sign however long; the same again needs another posture or a pause in between. Who
 /// holds a sign's posture does show that sign.

@@ -13,9 +13,11 @@ namespace {
 
 constexpr std::size_t kPositions = 8;
 constexpr double kAim = 11;      // Degrees, of a signaller's forearm.
-constexpr double kBend = 22;     // Degrees, of a signaller's elbow.
+constexpr double kBend = 22;     // Degrees, of a signaller's elbow;
+constexpr double kAcross = 45;   // of one that reaches across the body, its upper arm towards the camera.
 constexpr double kBends = 300;   // Degrees, all bends there are.
 constexpr double kShort = 0.55;  // Torsos, of an arm of which it is doubtful whether it lies in the picture's plane.
+constexpr double kAcrossShort = 0.85;  // Of that, where it reaches across.
 constexpr double kShortness = 0.06;
 constexpr double kHardlySeen = 0.15;
 
@@ -24,12 +26,14 @@ double normal(double x, double deviation) {
 }
 
 // How many times likelier the arm is where it is shown than by chance, at each position.
-std::array<double, kPositions> odds_of(const body::ArmPose& arm) {
-  const double straight = normal(body::turn(arm.upper, arm.fore), kBend) * kBends;
-  const double in_plane = 1 / (1 + std::exp((kShort - arm.length) / kShortness));
+std::array<double, kPositions> odds_of(const body::ArmPose& arm, body::Side side) {
   const double seen = arm.seen / (arm.seen + kHardlySeen);
   std::array<double, kPositions> odds{};
   for (std::size_t k = 0; k < kPositions; ++k) {
+    const bool across = side == body::kLeft ? k > 0 && k < 4 : k > 4;
+    const double straight = normal(body::turn(arm.upper, arm.fore), across ? kAcross : kBend) * kBends;
+    const double shortest = across ? kShort * kAcrossShort : kShort;
+    const double in_plane = 1 / (1 + std::exp((shortest - arm.length) / kShortness));
     odds[k] =
         normal(body::turn(arm.fore, 45.0 * double(k)), std::hypot(kAim, arm.spread)) * 360 * straight * in_plane * seen;
   }
@@ -52,8 +56,8 @@ ArmSigns arm_signs(const body::ArmPoses& arms) {
     out.arms_hidden = true;
     return out;
   }
-  const auto left = odds_of(*arms[body::kLeft]);
-  const auto right = odds_of(*arms[body::kRight]);
+  const auto left = odds_of(*arms[body::kLeft], body::kLeft);
+  const auto right = odds_of(*arms[body::kRight], body::kRight);
   double all = 1, best = -1, next = -1, rest = 0;
   for (std::size_t i = 0; i < signs.size(); ++i) {
     const auto& sign = signs[i];

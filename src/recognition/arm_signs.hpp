@@ -25,10 +25,10 @@ struct ArmSigns {
 /// Bayes' rule, with one half for no sign and the other half for all signs alike.
 ///
 /// Who shows a sign points each forearm at its position, off by a standard deviation of 11 degrees and what looks
-/// differ by, and bends an elbow by one of 22 degrees; who does not points them anywhere and bends them by anything up
-/// to 150 degrees. An arm that is much shorter in the picture than an arm is, since it points at the camera or away, or
-/// that is hidden, tells less for a sign. An arm reaches across the body where both point to one side (H, I, O, W, X,
-/// Z), and then either may; elsewhere each keeps to its own side.
+/// differ by, and bends an elbow by one of 22 degrees, of 45 where the arm reaches across; who does not points them
+/// anywhere and bends them by anything up to 150 degrees. An arm that is much shorter in the picture than an arm is,
+/// since it points at the camera or away, or that is hidden, tells less for a sign. An arm reaches across the body
+/// where both point to one side (H, I, O, W, X, Z), and then either may; elsewhere each keeps to its own side.
 /// @thread reentrant
 [[nodiscard]] ArmSigns arm_signs(const body::ArmPoses& arms);
 

@@ -55,7 +55,9 @@ class SignHold {
   std::string_view runner_up_;
 };
 
-/// How long arms must be elsewhere until a sign is over, seconds.
-inline constexpr double kLeaveSign_s = 0.12;
+inline constexpr double kLeaveSign_s = 0.12;   ///< Seconds that arms must be elsewhere until a sign is over.
+inline constexpr double kRecentSigns_s = 0.2;  ///< Seconds that are read as one moment.
+inline constexpr double kSlowest_s = 1;        ///< Seconds from one frame or look to the next, up to which they follow
+                                               ///< one another.
 
 }  // namespace choreo::recognition

@@ -18,7 +18,7 @@ constexpr double kEven = 0.80;        // Z* of a state with itself from which bo
 
 AtStation station_of(const body::ArmPoses& arms) {
   constexpr double kReach = 22.5;  // Degrees, half way to the next.
-  constexpr double kUneven = 20;
+  constexpr double kUneven = 13;   // Between T, which stands still, and arms that cross.
   constexpr std::array kAt = {Station::kRest, Station::kLow, Station::kLevel, Station::kHigh, Station::kUp};
   const auto& left = arms[body::kLeft];
   const auto& right = arms[body::kRight];

@@ -31,7 +31,7 @@ struct AtStation {
   double likeness = 0;  ///< 0 to 1.
 };
 
-/// Both forearms within 22.5 degrees of the station on average, and either within 20 of that: overhead they may cross.
+/// Both forearms within 22.5 degrees of the station on average, and either within 13 of that.
 /// The likeness is the cosine of what is between.
 [[nodiscard]] AtStation station_of(const body::ArmPoses& arms);
 

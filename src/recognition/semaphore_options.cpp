@@ -23,7 +23,7 @@ void SemaphoreOptions::validate() const {
   check("hysteresis", hysteresis, 0, 0.5, "");
   check("hold_s", hold_s, 0.05, 5, " seconds");
   check("still_widths_s", still_widths_s, 0.05, 50, " face widths a second");
-  check("still_degrees_s", still_degrees_s, 1, 500, " degrees a second");
+  check("still_degrees_s", still_degrees_s, 0.1, 500, " degrees a second");
   check("bridge_s", bridge_s, 0, 5, " seconds");
   check("word_gap", word_gap, 0.05, 20, " letters");
 }

@@ -15,8 +15,8 @@ struct SemaphoreOptions {
   double hold_s = 0.5;          ///< Seconds for which a sign must be held still, 0.05 to 5.
   double still_widths_s = 0.4;  ///< Speed of an arm's middle against the face up to which it counts as still, face
                                 ///< widths a second, 0.05 to 50.
-  double still_degrees_s = 12;  ///< Where the person network sees the arms: how fast a forearm may turn and yet count
-                                ///< as still, degrees a second, 1 to 500.
+  double still_degrees_s = 4;   ///< Where the person network sees the arms: how fast they may turn and yet count as
+                                ///< still, degrees a second, 0.1 to 500.
   double bridge_s = 0.4;        ///< Seconds without a state that do not end a sign, 0 to 5.
   double word_gap = 0.65;       ///< A REST of so many letters' length is a space, 0.05 to 20.
 

@@ -7,9 +7,7 @@
 namespace choreo::recognition {
 namespace {
 
-constexpr double kRecent = 0.20;  // seconds of states that are read as one
 constexpr double kBefore = 0.40;  // and how far back the states go that they are compared with
-constexpr double kSlowest = 1.0;  // seconds between frames up to which they follow one another
 constexpr double kSlack = 1e-9;
 
 struct Mean {
@@ -33,7 +31,7 @@ SignMatch SemaphoreReader::match(const body::ParticleState& state) const {
   const auto& newest = recent_.back();
   UnitPsi sum{};
   for (const auto& s : recent_) {
-    if (s.joined != newest.joined || s.time_s < newest.time_s - kRecent) continue;
+    if (s.joined != newest.joined || s.time_s < newest.time_s - kRecentSigns_s) continue;
     for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += s.psi[k];
   }
   // Within so short a time states do not point apart.
@@ -48,7 +46,7 @@ bool SemaphoreReader::still() const {
   std::array<Mean, 2> means;  // before, recent
   for (const auto& s : recent_) {
     if (s.joined != newest.joined) continue;
-    auto& mean = means[s.time_s < newest.time_s - kRecent ? 0 : 1];
+    auto& mean = means[s.time_s < newest.time_s - kRecentSigns_s ? 0 : 1];
     // One above the other, arms may change their order.
     const bool same = (s.arm[0] - s.arm[1]).dot(newest.arm[0] - newest.arm[1]) >= 0;
     for (std::size_t k = 0; k < 2; ++k) mean.arm[k] += s.arm[same ? k : 1 - k];
@@ -80,7 +78,7 @@ void SemaphoreReader::lapse(double time_s, bool seen, SemaphoreStep& step) {
   // From one state to the next no time was without one, however slowly frames come; only a gap in the frames was.
   const bool at_once = seen && last_state_ == last_;
   const double bridge = templates_.options().bridge_s;
-  if (time_s - *last_state_ <= (at_once ? std::max(bridge, kSlowest) : bridge) + kSlack) return;
+  if (time_s - *last_state_ <= (at_once ? std::max(bridge, kSlowest_s) : bridge) + kSlack) return;
   if (held_) end_hold(step);
   candidate_.reset();
   recent_.clear();
@@ -123,7 +121,7 @@ SemaphoreStep SemaphoreReader::add(double time_s, const std::optional<body::Part
   }
   lapse(time_s, state.has_value(), step);
   // Where frames come slowly, the one before is what a state is compared with.
-  const double before = std::max(kBefore, std::min(last_ ? time_s - *last_ : 0.0, kSlowest));
+  const double before = std::max(kBefore, std::min(last_ ? time_s - *last_ : 0.0, kSlowest_s));
   last_ = time_s;
   if (state) {
     take(movements_.add(time_s, stations_.of(*state)), step);

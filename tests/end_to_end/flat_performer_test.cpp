@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The masks of a second drawn performer, a flat cartoon that nothing was tuned to.
+// The masks and the signs of a second drawn performer, a flat cartoon that nothing was tuned to.
 #include <algorithm>
 #include <cstdio>
 #include <ostream>
@@ -97,6 +97,61 @@ INSTANTIATE_TEST_SUITE_P(Scenes, FlatPerformerMasks,
                               {"flags and a jacket like the wall, comes in", 2, "wave", 1, -1, 120},
                               {"dress, never leaves, stands still", 1, "stand", 0, -1, 60}},
                              2)));
+
+struct FlatSignals {
+  const char* name;
+  int look;
+  double bend;
+  unsigned seed;
+  const char* text = "THEQUICKBROWNFXJMPSVLAZYDG";  // Every letter.
+};
+void PrintTo(const FlatSignals& c, std::ostream* out) { *out << c.name; }
+
+class FlatPerformerSignals : public ::testing::TestWithParam<FlatSignals> {};
+
+// Three tones of skin, half and long sleeves, a dress's wide ones, flags; furniture of skin's colours.
+TEST_P(FlatPerformerSignals, AreRead) {
+  if (const auto missing = missing_person_network(); !missing.empty()) GTEST_SKIP() << missing << " is not here";
+  const auto& c = GetParam();
+  FlatScene scene;
+  scene.look = c.look;
+  scene.script = "signal";
+  scene.text = c.text;
+  scene.bend = c.bend;
+  scene.empty_s = 0;
+  scene.seed = c.seed;
+  const TempFolder folder;
+  film(FlatPerformer(scene), int(seconds_of_text(c.text) * kFlatFps), scene.size, folder / "clip.mkv");
+  analyze_with_network(folder / "clip.mkv", folder / "out", {"--recognise", "semaphore", "--state", "mask"});
+  const auto bytes = read_bytes(folder / "out/letters.json");
+  const auto json = nlohmann::json::parse(bytes.begin(), bytes.end());
+  // Each letter within its own time.
+  std::string read(scene.text.size(), '-');
+  int wrong = 0;
+  for (const auto& letter : json["letters"]) {
+    const double middle = (letter["from"].get<double>() + letter["to"].get<double>()) / 2;
+    const auto k = std::size_t(std::clamp((middle - 1) / 2.5, 0.0, double(read.size() - 1)));
+    const auto shown = letter["letter"].get<std::string>();
+    read[k] = shown.size() == 1 ? shown[0] : '?';
+    wrong += read[k] == scene.text[k] ? 0 : 1;
+  }
+  int right = 0;
+  for (std::size_t k = 0; k < read.size(); ++k) right += read[k] == scene.text[k] ? 1 : 0;
+  std::printf("| flat performer, %s | %d of %zu | %d | %s |\n", c.name, right, read.size(), wrong, read.c_str());
+  EXPECT_GE(right, 0.97 * double(read.size())) << read;
+  EXPECT_EQ(wrong, 0) << read;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Scenes, FlatPerformerSignals,
+    ::testing::ValuesIn(some_of<FlatSignals>({{"dress, bent arms, a few letters", 1, 24, 2, "HOWA"},
+                                              {"T-shirt", 0, 0, 1},
+                                              {"T-shirt, bent arms", 0, 24, 2},
+                                              {"dress", 1, 0, 3},
+                                              {"dress, bent arms", 1, 24, 1},
+                                              {"flags and a jacket like the wall", 2, 0, 2},
+                                              {"flags and a jacket like the wall, bent arms", 2, 24, 3}},
+                                             1)));
 
 }  // namespace
 }  // namespace choreo::test

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
 
-#include "pipeline/picture_set.hpp"
+#include "pipeline/picture_reading.hpp"
 #include "vision/tiny_pose.hpp"
 
 namespace choreo::pipeline {

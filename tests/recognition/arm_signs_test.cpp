@@ -30,7 +30,9 @@ TEST(ArmSigns, EverySignIsReadThoughBothForearmsAreFourteenDegreesOff) {
         EXPECT_LT(read.probability, 0.1) << off;
       } else {
         EXPECT_EQ(read.best, sign.name) << off;
-        EXPECT_GT(read.probability, 0.8) << sign.name << off;
+        // An arm that reaches across may be bent more, and tells less.
+        const bool across = (sign.left > 0 && sign.left < 4) || sign.right > 4;
+        EXPECT_GT(read.probability, across ? 0.7 : 0.8) << sign.name << off;
         EXPECT_NE(read.next, sign.name);
         EXPECT_NE(read.next, "REST");
       }
@@ -46,6 +48,17 @@ TEST(ArmSigns, TheForearmDecidesWhereAnElbowIsBentALittle) {
   right.fore = 37;
   EXPECT_EQ(arm_signs(arms(straight(0), right)).best, "A");
   EXPECT_GT(arm_signs(arms(straight(0), right)).probability, 0.7);
+}
+
+// The upper arm points at the camera: short and hardly anywhere.
+TEST(ArmSigns, AnArmThatReachesAcrossMayBeBentFurther) {
+  const ArmPose right = straight(90);
+  const auto left = [](double bend) { return ArmPose{135 + bend, 135, 0.57, 0.98, 0}; };
+  EXPECT_EQ(arm_signs(arms(left(60), right)).best, "O");
+  EXPECT_GT(arm_signs(arms(left(60), right)).probability, 0.6);
+  EXPECT_LT(arm_signs(arms(left(120), right)).probability, 0.5);
+  // One that keeps to its own side may not: Q.
+  EXPECT_LT(arm_signs(arms({225 + 75, 225, 0.57, 0.98, 0}, right)).probability, 0.5);
 }
 
 TEST(ArmSigns, BetweenTwoDirectionsItIsNeitherForSure) {

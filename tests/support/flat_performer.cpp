@@ -8,10 +8,13 @@
 #include <cstdint>
 #include <numbers>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include <opencv2/imgproc.hpp>
+
+#include "body/semaphore_signs.hpp"
 
 namespace choreo::test {
 namespace {
@@ -139,6 +142,7 @@ void paint_room(const Brush& brush, const cv::Scalar& wall) {
 // ---- The movement: in units of the performer's height, x to the picture's right, y up from the floor.
 
 constexpr double kThigh = 0.205, kShank = 0.2, kUpperArm = 0.15, kForearm = 0.145, kAnkle = 0.035;
+constexpr double kSignalBegins = 1, kOnTheWay = 1, kLetter = 2.5;  // Seconds.
 constexpr double kStance = 0.065, kHip = 0.052, kTrunk = 0.335;
 
 struct Pose {
@@ -149,6 +153,40 @@ struct Pose {
   std::array<double, 2> arm{9, 9}, elbow{10, 10};  // Degrees outwards; at the picture's left, right.
   std::array<Point, 2> foot{{{-kStance, 0}, {kStance, 0}}};  // Its sole.
 };
+
+// Where an arm points, degrees outwards of its own side; beyond up and down it reaches across.
+double outwards(std::string_view sign, std::size_t side) {
+  const auto shown = body::semaphore(sign).value();
+  const int position = side == 0 ? shown.right : body::mirrored_position(shown.left);
+  return 45.0 * (position <= 4 ? position : position - 8);
+}
+
+// Both arms at a letter, or at rest.
+Pose letter_pose(const FlatScene& scene, std::size_t k, Pose pose) {
+  if (k >= scene.text.size()) return pose;
+  for (std::size_t side = 0; side < 2; ++side) {
+    const double points = outwards(std::string_view(scene.text).substr(k, 1), side);
+    if (points == 0) continue;
+    // The forearm's direction is off by a third of what the elbow is bent.
+    const double bend = scene.bend * ((k + side) % 2 == 0 ? 1 : -1);
+    pose.elbow[side] = bend;
+    pose.arm[side] = points - bend * 2 / 3;
+  }
+  return pose;
+}
+
+Pose signalling(const FlatScene& scene, double since, const Pose& rest) {
+  const double at = std::max(0.0, since - kSignalBegins) / kLetter;
+  const auto k = std::size_t(at);
+  const double way = smooth((at - double(k)) * kLetter / kOnTheWay);
+  const auto from = k == 0 ? rest : letter_pose(scene, k - 1, rest), to = letter_pose(scene, k, rest);
+  Pose pose = since < kSignalBegins ? rest : to;
+  for (std::size_t side = 0; side < 2 && since >= kSignalBegins; ++side) {
+    pose.arm[side] = from.arm[side] + way * (to.arm[side] - from.arm[side]);
+    pose.elbow[side] = from.elbow[side] + way * (to.elbow[side] - from.elbow[side]);
+  }
+  return pose;
+}
 
 /// @param away  from the middle of the room to where nothing of the performer is in the picture.
 Pose pose_at(const FlatScene& scene, double away, double time) {
@@ -191,6 +229,8 @@ Pose pose_at(const FlatScene& scene, double away, double time) {
     pose.lean = amount * 5 * sway;
     pose.tilt = amount * 7 * wave(beat / 2 + 0.1);
     pose.face = amount * 0.4 * wave(beat / 6);
+  } else if (scene.script == "signal") {
+    return signalling(scene, since, pose);
   } else if (scene.script == "wave") {
     for (std::size_t side = 0; side < 2; ++side) {
       const double up = amount * smooth(1.5 * wave(since / 8 + 0.5 * double(1 - side)) + 0.5);
@@ -339,8 +379,11 @@ Brush stage_brush(const FlatScene& scene, const cv::Mat& picture) {
 
 }  // namespace
 
+double seconds_of_text(const std::string& text) { return kSignalBegins + kLetter * double(text.size() + 1); }
+
 FlatPerformer::FlatPerformer(FlatScene scene) : scene_(std::move(scene)) {
-  const bool known = scene_.script == "dance" || scene_.script == "wave" || scene_.script == "stand";
+  const bool known =
+      scene_.script == "dance" || scene_.script == "wave" || scene_.script == "stand" || scene_.script == "signal";
   if (!known || scene_.look < 0 || scene_.look > 2) throw std::invalid_argument("no such flat performer");
   room_.create(scene_.size * kFine, CV_8UC3);
   paint_room({room_, {}, {}, Point(room_.cols, room_.rows)}, wall_colour(scene_.seed));

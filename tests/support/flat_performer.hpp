@@ -11,7 +11,9 @@ namespace choreo::test {
 
 struct FlatScene {
   int look = 0;  ///< 0: T-shirt and trousers; 1: dress with wide sleeves; 2: wall-coloured jacket, flags.
-  std::string script = "dance";  ///< "dance", "wave" (the arms only) or "stand" (breathing by a pixel).
+  std::string script = "dance";  ///< "dance", "wave" (the arms only), "stand" (breathing by a pixel) or "signal".
+  std::string text = {};         ///< Letters A to Z that "signal" holds for 1.5 s each, after a second on the way.
+  double bend = 0;               ///< Degrees by which the elbows of raised arms are bent then, either way in turns.
   double empty_s = 1;            ///< Seconds of empty room, then 3 s of walking in from the left; 0: there throughout.
   double chair_at_s = -1;        ///< From when one more chair stands at the right, beyond reach; below 0: never.
   cv::Size size{640, 480};
@@ -23,6 +25,9 @@ struct FlatFrame {
   cv::Mat body;     ///< CV_8UC1, 255 where what is seen of body, clothes and hair covers at least half of the pixel.
   cv::Mat held;     ///< CV_8UC1, 255 where what is seen of flags and their sticks does.
 };
+
+/// Seconds until the last letter of a text has been held and the arms hang again.
+[[nodiscard]] double seconds_of_text(const std::string& text);
 
 /// Films a scene. A frame depends on scene and time (to the microsecond) alone.
 /// @cost a frame of 640x480 about 40 ms.

@@ -21,12 +21,13 @@ struct Still {
 
 /// One picture a letter. The camera is moved by up to 12 px and 1 %, the exposure by 15 %.
 inline std::vector<Still> signaller_stills(const std::string& letters, std::uint64_t seed,
-                                           devices::synthetic::PerformerSettings settings = {}) {
+                                           devices::synthetic::PerformerSettings settings = {},
+                                           const char* room = "wooden") {
   settings.size = {600, 450};
   settings.fps = 10;
   settings.empty = 0;
   settings.seed = seed;
-  settings.room = "wooden";
+  settings.room = room;
   settings.place = (seed % 2 != 0 ? 1 : -1) * (0.08 + 0.02 * double(seed % 5));
   cv::RNG random(seed * 7919 + 1);
   std::vector<Still> out;
