@@ -45,6 +45,8 @@ ArmPoses arm_poses(const PersonLook& look, cv::Size picture, bool mirrored) {
   };
   constexpr std::array kArms = {Joints{kLeft, Name::kLeftShoulder, Name::kLeftElbow, Name::kLeftWrist},
                                 Joints{kRight, Name::kRightShoulder, Name::kRightElbow, Name::kRightWrist}};
+  // From behind the signaller's right is on the right, and what is shown is shown to somebody else.
+  if (look.faces_away()) return {};
   const double torso = torso_of(look);
   const double lean = lean_of(look) / 2;
   ArmPoses out;

@@ -59,6 +59,7 @@ A set of pictures (a folder whose names are no numbered sequence, or with
 takes no --save, --state, --span, --every or --background:
   letters.json   the letter that each picture shows, or null
   pictures.png   all pictures with what was seen of the arms
+Each picture is read by itself.
 Nothing is written under these names before all of it is complete.
 
 Examples:

@@ -84,8 +84,10 @@ particles less than 1 MB.
 With --recognise semaphore the letter that is shown stands over the picture, and
 the text below it; without a window every letter is a line on standard output
 as soon as it ends. letters.json and the text at the end are of the history; the
-text comes after "..." where there was more. Look at the camera for three
-seconds first, with bare forearms: the skin's colour is learned from the face.
+text comes after "..." where there was more. The person network sees the arms,
+in sleeves or bare, with flags or without. Where it is not, look at the camera
+for three seconds first, with bare forearms: the skin's colour is learned from
+the face.
 
 Examples:
   choreoscope live rehearsal.mp4

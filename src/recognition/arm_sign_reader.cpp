@@ -105,9 +105,9 @@ void ArmSignReader::follow(double time_s, const ArmSigns& now, SemaphoreStep& st
     }
     if (!left_) left_ = time_s;
     if (time_s - *left_ < kLeaveSign_s - kEarly) return;
+    // What comes next began when the arms left; so the same sign again begins anew.
+    std::erase_if(looks_, [&](const auto& look) { return look.time_s < *left_; });
     end_hold(step);
-    // The same sign again begins anew.
-    looks_.erase(looks_.begin(), std::prev(looks_.end()));
   }
   const auto from = long_enough();
   if (!from || !still(*from)) return;

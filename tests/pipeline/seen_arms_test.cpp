@@ -31,7 +31,16 @@ vision::PersonLook somebody() {
   put(Name::kLeftWrist, 225, 5);
   put(Name::kRightHip, 185, 200);
   put(Name::kLeftHip, 215, 200);
+  look.metres[static_cast<std::size_t>(Name::kNose)] = {0, 0, -0.1};  // Towards the camera.
   return look;
+}
+
+TEST(SeenArms, OfWhoFacesAwayNothingIsTold) {
+  auto look = somebody();
+  EXPECT_TRUE(arm_poses(look, kSize)[kLeft]);
+  look.metres[static_cast<std::size_t>(Name::kNose)].z = 0.1;
+  const auto away = arm_poses(look, kSize);
+  EXPECT_FALSE(away[kLeft] || away[kRight]);
 }
 
 TEST(SeenArms, AreCountedAsSemaphoreCountsThem) {

@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <map>
+#include <memory>
+#include <numbers>
 #include <optional>
 #include <random>
 #include <string>
@@ -54,6 +57,81 @@ std::vector<std::pair<std::string_view, double>> names_and_ends(const Signs& sig
   std::vector<std::pair<std::string_view, double>> all;
   for (const auto& sign : signs) all.emplace_back(sign.sign, sign.to);
   return all;
+}
+
+// Somebody who faces the camera, as a look sees them: straight arms, a torso of 100 pixels.
+vision::PersonLook pointing(const body::SemaphoreSign& sign) {
+  using Name = vision::PersonPointName;
+  vision::PersonLook look;
+  const auto put = [&](Name name, cv::Point2d at) { look.points[static_cast<std::size_t>(name)] = {at, 0, 0.95, 1}; };
+  const auto along = [](int position, double length) {
+    const double angle = position * std::numbers::pi / 4;
+    return cv::Point2d(-std::sin(angle), std::cos(angle)) * length;
+  };
+  put(Name::kRightShoulder, {175, 100});
+  put(Name::kRightElbow, cv::Point2d(175, 100) + along(sign.right, 50));
+  put(Name::kRightWrist, cv::Point2d(175, 100) + along(sign.right, 95));
+  put(Name::kLeftShoulder, {225, 100});
+  put(Name::kLeftElbow, cv::Point2d(225, 100) + along(sign.left, 50));
+  put(Name::kLeftWrist, cv::Point2d(225, 100) + along(sign.left, 95));
+  put(Name::kRightHip, {185, 200});
+  put(Name::kLeftHip, {215, 200});
+  look.metres[static_cast<std::size_t>(Name::kNose)] = {0, 0, -0.1};
+  return look;
+}
+
+// Live: sixty frames a second, ten looks, each known four frames later.
+TEST(SemaphoreStage, ALetterIsKnownAFifthOfASecondAfterItsHoldTimeIsOver) {
+  const auto rest = *body::semaphore("REST"), letter = *body::semaphore("R");
+  for (int phase = 0; phase < 6; ++phase) {
+    SemaphoreStage stage({}, {}, ReadsSigns::kOfLooks);
+    std::shared_ptr<const PersonSighting> person;
+    std::optional<double> known;
+    const double shown = 1 + phase / 60.0;
+    for (int frame = 0; frame < 180 && !known; ++frame) {
+      Observation o;
+      o.time = from_seconds(frame / 60.0);
+      o.picture = cv::Mat(300, 400, CV_8UC3);
+      if (frame % 6 == 4) {
+        o.looked = from_seconds((frame - 4) / 60.0);
+        person = std::make_shared<PersonSighting>(
+            PersonSighting{pointing((frame - 4) / 60.0 < shown ? rest : letter), *o.looked, {}, {}, {}});
+      }
+      o.person = person;
+      stage.process(o);
+      EXPECT_TRUE(o.signal->of_looks);
+      if (o.signal->held && o.signal->held->sign == "R") known = frame / 60.0;
+    }
+    ASSERT_TRUE(known);
+    EXPECT_LE(*known, shown + recognition::SemaphoreOptions{}.hold_s + 0.2) << phase;
+    EXPECT_GE(*known, shown + recognition::SemaphoreOptions{}.hold_s) << phase;
+  }
+}
+
+TEST(SemaphoreStage, BetweenLooksNothingIsNewAndWhereNobodyIsSeenASignEnds) {
+  SemaphoreStage stage({}, {}, ReadsSigns::kOfLooks);
+  const auto at = [&](double time_s, bool look, bool seen) {
+    Observation o;
+    o.time = from_seconds(time_s);
+    o.picture = cv::Mat(300, 400, CV_8UC3);
+    if (look) o.looked = o.time;
+    const auto shown = pointing(*body::semaphore("R"));
+    if (seen) o.person = std::make_shared<PersonSighting>(PersonSighting{shown, o.time, {}, {}, {}});
+    stage.process(o);
+    return *o.signal;
+  };
+  for (int k = 0; k <= 10; ++k) at(0.1 * k, true, true);
+  const auto between = at(1.05, false, true);
+  ASSERT_TRUE(between.held);
+  EXPECT_EQ(between.held->sign, "R");
+  EXPECT_NEAR(between.held->to, 1, 1e-9);
+  EXPECT_EQ(between.text, "R");
+  EXPECT_TRUE(at(1.1, true, false).held) << "a look away";
+  const auto gone = at(1.6, true, false);
+  EXPECT_FALSE(gone.held);
+  ASSERT_EQ(gone.ended.size(), 1U);
+  EXPECT_NEAR(gone.ended[0].from, 0, 1e-9);
+  EXPECT_NEAR(gone.ended[0].to, 1, 1e-9);
 }
 
 TEST(SemaphoreStage, InARunOfDaysTheSignsOfTheHistoryAreKeptAndNoneThatAreOlder) {
