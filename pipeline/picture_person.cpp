@@ -7,8 +7,8 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "pipeline/explained_arms.hpp"
 #include "pipeline/picture_reading.hpp"
-#include "pipeline/seen_arms.hpp"
 #include "recognition/arm_signs.hpp"
 
 namespace choreo::pipeline {
@@ -27,23 +27,22 @@ constexpr double kSure = 0.9;
 // @param region  where to look first; nothing: anywhere.
 std::optional<SeenTwice> seen_twice(const cv::Mat& picture, vision::PersonSearch& people, bool mirrored,
                                     const std::optional<vision::PersonRegion>& region = std::nullopt) {
-  // Who is found elsewhere instead is somebody else.
-  const auto look_at = [&people](const cv::Mat& where, const std::optional<vision::PersonRegion>& at) {
-    auto look = people.search(where, {at, std::nullopt, {}});
-    if (look && (look->score < kSure || (at && look->region != *at))) look.reset();
-    return look;
+  const auto sure = [](std::optional<vision::PersonLook> look) {
+    return look && look->score >= kSure ? look : std::nullopt;
   };
-  auto look = look_at(picture, region);
+  auto look = sure(region ? people.look(picture, *region) : people.search(picture, {}));
   if (!look) return std::nullopt;
   cv::Mat flipped;
   cv::flip(picture, flipped, 1);
-  auto there = look->next;
-  there.centre.x = picture.cols - 1 - there.centre.x;
-  there.angle = -there.angle;
-  const auto again = look_at(flipped, there);
+  const auto there = look->next.flipped(picture.cols);
+  const auto again = sure(people.look(flipped, there));
   if (!again) return std::nullopt;
-  const std::array poses = {arm_poses(*look, picture.size(), mirrored), arm_poses(*again, picture.size(), !mirrored)};
-  return SeenTwice{*std::move(look), body::mean_of(poses)};
+  std::vector<ArmLook> looks = {{*look, false}, {*again, true}};
+  for (const bool flip : {false, true}) {
+    const auto larger = larger_for_arms(flip ? there : look->next);
+    if (auto once_more = people.look(flip ? flipped : picture, larger)) looks.push_back({*std::move(once_more), flip});
+  }
+  return SeenTwice{*std::move(look), explained_arms(looks, picture.size(), mirrored)};
 }
 
 // Overlapping parts, in which who is small is larger.

@@ -103,7 +103,8 @@ PictureReading ToneReader::read(const cv::Mat& picture) const {
   const auto arms = vision::ArmFinder(options_.arms).find(posterior, everywhere, face, 0);
   out.why = NoSign::kHidden;
   const bool bare = std::ranges::find(options_.tones.arms, "skin") != options_.tones.arms.end();
-  if (arms.found != vision::ArmCase::kTwoArms || (bare && !std::ranges::all_of(arms.blob, points_somewhere))) return out;
+  if (arms.found != vision::ArmCase::kTwoArms || (bare && !std::ranges::all_of(arms.blob, points_somewhere)))
+    return out;
   const auto state = body::particle_state_of(arms, face, options_.bounds);
   if (!state) return out;
   const auto reading = signs_.read(state);

@@ -9,6 +9,7 @@
 #include <opencv2/core.hpp>
 
 #include "core/error.hpp"
+#include "pipeline/explained_arms.hpp"
 
 namespace choreo::pipeline {
 namespace {
@@ -43,9 +44,20 @@ double fastest(const vision::PersonLook& a, const vision::PersonLook& b) {
 
 std::shared_ptr<PersonSighting> sighting(vision::PersonLook look, Nanoseconds time, devices::FramePtr frame,
                                          const std::shared_ptr<const PersonSighting>& before) {
-  auto now = std::make_shared<PersonSighting>(PersonSighting{std::move(look), time, std::move(frame), {}, {}});
+  auto now = std::make_shared<PersonSighting>(PersonSighting{std::move(look), time, std::move(frame), {}});
   if (before && time > before->time) now->speed = fastest(before->look, now->look) / to_seconds(time - before->time);
   return now;
+}
+
+// Whether this frame is the first one at or behind the next time for a look, which then is a period later. Frames come
+// when they come: half a millisecond early is in time.
+bool is_time(Nanoseconds time, double per_s, std::optional<Nanoseconds>& next) {
+  constexpr auto kEarly = std::chrono::microseconds(500);
+  const auto period = Nanoseconds(std::llround(1e9 / per_s));
+  if (next && time + kEarly < *next) return false;
+  // What was missed is not made up for.
+  next = next && time < *next + period ? *next + period : time + period;
+  return true;
 }
 
 }  // namespace
@@ -58,6 +70,8 @@ struct PersonStage::Look {
   std::optional<vision::OthersQuery> others_query;
   std::optional<vision::PersonLook> seen;
   std::vector<std::optional<vision::PersonLook>> others_seen;
+  bool for_arms = false;
+  std::optional<vision::PersonLook> flipped;
 };
 
 void PersonStageOptions::validate() const {
@@ -66,6 +80,9 @@ void PersonStageOptions::validate() const {
   }
   if (seeks_per_s && (*seeks_per_s < 0.1 || *seeks_per_s > 1000)) {
     throw usage_error(fmt::format("seeks_per_s is {}", *seeks_per_s), {}, "it is from 0.1 to 1000");
+  }
+  if (arms_per_s && (*arms_per_s < 0.1 || *arms_per_s > 1000)) {
+    throw usage_error(fmt::format("arms_per_s is {}", *arms_per_s), {}, "it is from 0.1 to 1000");
   }
   if (delay_s < 0 || delay_s > 2) throw usage_error(fmt::format("delay_s is {}", delay_s), {}, "it is from 0 to 2");
 }
@@ -78,18 +95,6 @@ PersonStage::PersonStage(vision::PersonSearch search, PersonStageOptions options
   options_.validate();
   if (options_.smooth) filter_.emplace(*options_.smooth);
   if (options_.delay_s > 0) beside_.emplace("person-search", options_.waits, SearchBeside::WhenLate::kDefer);
-}
-
-// Whether this frame is the first one at or behind the next time for a look. Frames come when they come: half a
-// millisecond early is in time.
-bool PersonStage::is_time(Nanoseconds time) {
-  constexpr auto kEarly = std::chrono::microseconds(500);
-  const double per_s = last_ ? options_.looks_per_s : options_.seeks_per_s.value_or(options_.looks_per_s);
-  const auto period = Nanoseconds(std::llround(1e9 / per_s));
-  if (next_ && time + kEarly < *next_) return false;
-  // What was missed is not made up for.
-  next_ = next_ && time < *next_ + period ? *next_ + period : time + period;
-  return true;
 }
 
 void PersonStage::take_effect(const std::shared_ptr<Look>& look, Observation& observation) {
@@ -117,6 +122,8 @@ void PersonStage::take_effect(const std::shared_ptr<Look>& look, Observation& ob
   const double factor = picture.empty() ? 1.0 : double(picture.cols) / look->frame->bgr.cols;
   const auto now =
       sighting(scaled(*std::move(look->seen), factor), look->time, look->frame, followed ? before : nullptr);
+  now->for_arms = look->for_arms;
+  if (look->flipped) now->flipped = scaled(*std::move(look->flipped), factor);
   if (filter_) now->smooth = filter_->next(now->look, to_seconds(now->time));
   last_ = now;
   if (look->others_query) others_.update(*look->others_query, look->others_seen, look->time.count());
@@ -143,14 +150,21 @@ void PersonStage::process(Observation& observation) {
       options_.on_late(observation.frame->sequence);
     }
   }
-  if (!pending_ && !observation.frame->bgr.empty() && is_time(observation.time)) {
-    auto look = std::make_shared<Look>(Look{observation.frame, observation.time, track_.next(), {}, {}, {}});
+  const double per_s = last_ ? options_.looks_per_s : options_.seeks_per_s.value_or(options_.looks_per_s);
+  if (!pending_ && !observation.frame->bgr.empty() && is_time(observation.time, per_s, next_)) {
+    auto look = std::make_shared<Look>(Look{observation.frame, observation.time, track_.next(), {}, {}, {}, false, {}});
+    look->for_arms = !options_.arms_per_s || is_time(observation.time, *options_.arms_per_s, next_arms_);
     for (const auto& other : others_.known()) look->query.others.push_back(other.look);
     if (options_.others && (last_ || !beside_)) look->others_query = others_.next();
     const bool at_once = !beside_ || (options_.first_at_once && !std::exchange(asked_, true));
-    const auto search = [this, look] {
+    const auto search = [this, look, arms = options_.arms_per_s.has_value()] {
       try {
         look->seen = search_.search(look->frame->bgr, look->query);
+        if (look->seen && look->for_arms && arms) {
+          cv::Mat flipped;
+          cv::flip(look->frame->bgr, flipped, 1);
+          look->flipped = search_.look(flipped, larger_for_arms(look->seen->next.flipped(flipped.cols)));
+        }
         if (look->seen && look->others_query) {
           look->others_seen = search_.search_others(look->frame->bgr, *look->others_query, look->seen);
         }

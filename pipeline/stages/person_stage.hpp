@@ -23,6 +23,9 @@ struct PersonStageOptions {
                           ///< looks itself, and frames wait for it.
   bool first_at_once = false;  ///< Frames wait for the first look, which else has an effect as late as the others.
   bool others = true;          ///< Whether others are looked for as well.
+  /// So many looks a second are for arms, [0.1, 1000], and are made twice: at the mirror image, too. Nothing: all are,
+  /// and once.
+  std::optional<double> arms_per_s = {};
   std::optional<vision::JointFilterOptions> smooth = {};  ///< Of the person's joints; nothing: as they are seen.
   bool waits = true;  ///< For a look that is not done when it is due; else it is due at the next frame again.
   /// Told of every frame at which a look was due and not done: its sequence number. Called by the thread that calls
@@ -52,7 +55,6 @@ class PersonStage final : public Stage {
  private:
   struct Look;
 
-  [[nodiscard]] bool is_time(Nanoseconds time);
   void take_effect(const std::shared_ptr<Look>& look, Observation& observation);
 
   PersonStageOptions options_;
@@ -63,7 +65,7 @@ class PersonStage final : public Stage {
   std::shared_ptr<const PersonSighting> last_;
   std::vector<std::shared_ptr<const PersonSighting>> others_seen_;
   Nanoseconds seen_at_{0};  // The person, last.
-  std::optional<Nanoseconds> next_;
+  std::optional<Nanoseconds> next_, next_arms_;
   bool asked_ = false;
   std::uint64_t looks_ = 0, seen_ = 0;
   std::shared_ptr<Look> pending_;       // Asked for, and without effect so far.

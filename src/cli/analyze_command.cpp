@@ -165,8 +165,8 @@ int analyze(const AnalyzeOptions& options, Session& session) {
   const JointsRecord* joints = nullptr;
   if (people) {
     const bool masks_of_people = prepared.looks_for_people();
-    stages.push_back(
-        person_stage(*std::move(people), settings, masks_of_people, !masks_of_people || masker.of_person()));
+    stages.push_back(person_stage(*std::move(people), settings, masks_of_people, !masks_of_people || masker.of_person(),
+                                  options.signals.reads()));
     if (save_joints) {
       auto joints_record = std::make_unique<JointsRecord>(JointsRecord::Keeps::kAll);
       joints = joints_record.get();

@@ -175,7 +175,7 @@ int calibrate(const CalibrateOptions& options, Session& session) {
   std::vector<std::unique_ptr<pipeline::Stage>> stages;
   stages.push_back(std::make_unique<pipeline::PictureStage>(prepared.summary.working_size, masker.uses_depth()));
   if (masker.wants_person()) {
-    stages.push_back(person_stage(load_people(settings), settings, true, masker.of_person()));
+    stages.push_back(person_stage(load_people(settings), settings, true, masker.of_person(), false));
   }
   stages.push_back(std::make_unique<pipeline::MaskStage>(std::move(masker), others_of(settings)));
   chain.add_to(stages, true);

@@ -285,7 +285,7 @@ int live(const LiveOptions& options, Session& session) {
         if (take) take->late_person(frame);
       };
     }
-    owned_person = person_stage_beside(settings, std::move(on_late));
+    owned_person = person_stage_beside(settings, options.signals.reads(), std::move(on_late));
   }
   const auto* person = owned_person.get();
   SignalTally tally(looks && options.signals.reads());

@@ -87,7 +87,7 @@ static std::optional<vision::JointFilterOptions> smooth_of(const config::Options
 }
 
 std::unique_ptr<pipeline::PersonStage> person_stage(vision::PersonSearch search, const config::Options& settings,
-                                                    bool masks, bool somebody) {
+                                                    bool masks, bool somebody, bool arms) {
   pipeline::PersonStageOptions options;
   options.delay_s = 0;
   options.others = masks;
@@ -95,17 +95,19 @@ std::unique_ptr<pipeline::PersonStage> person_stage(vision::PersonSearch search,
   // A mask between two looks is a guess where anything moves fast, and a recording has time.
   constexpr double kEveryFrame = 1000;
   options.looks_per_s = masks ? kEveryFrame : settings.person.looks_per_s;
+  if (arms) options.arms_per_s = settings.person.looks_per_s;
   if (!somebody) options.seeks_per_s = settings.person.looks_per_s;
   return std::make_unique<pipeline::PersonStage>(std::move(search), std::move(options));
 }
 
-std::unique_ptr<pipeline::PersonStage> person_stage_beside(const config::Options& settings,
+std::unique_ptr<pipeline::PersonStage> person_stage_beside(const config::Options& settings, bool arms,
                                                            std::function<void(std::uint64_t)> on_late) {
   pipeline::PersonStageOptions options;
   options.delay_s = settings.person.delay_s;
   options.looks_per_s = settings.person.looks_per_s;
   options.others = settings.segmentation == "auto" || settings.segmentation == "person";
   options.smooth = smooth_of(settings);
+  if (arms) options.arms_per_s = settings.person.looks_per_s;
   options.first_at_once = true;  // Nothing was shown yet.
   options.waits = on_late == nullptr;
   options.on_late = std::move(on_late);

@@ -44,14 +44,16 @@ namespace choreo::cli {
 /// The stage of a recording, whose frames wait for looks.
 /// @param masks  masks are made of people: who is there is looked at in every frame.
 /// @param somebody  is likely to be there; where nobody is, frames are looked at now and then.
+/// @param arms  signs are read of them.
 [[nodiscard]] std::unique_ptr<pipeline::PersonStage> person_stage(vision::PersonSearch search,
                                                                   const config::Options& settings, bool masks,
-                                                                  bool somebody);
+                                                                  bool somebody, bool arms);
 
 /// The stage of a live run, which looks beside the frames.
+/// @param arms  signs are read of them.
 /// @param on_late  told the number of a frame at which a look was due and not done; empty: every look is waited for.
 /// @throws Error (usage) likewise.
-[[nodiscard]] std::unique_ptr<pipeline::PersonStage> person_stage_beside(const config::Options& settings,
+[[nodiscard]] std::unique_ptr<pipeline::PersonStage> person_stage_beside(const config::Options& settings, bool arms,
                                                                          std::function<void(std::uint64_t)> on_late);
 
 /// Keeps the joints of every look, of a live run those of the frames in its history.

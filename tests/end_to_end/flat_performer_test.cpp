@@ -152,12 +152,12 @@ TEST_P(FlatPerformerSignals, AreRead) {
 INSTANTIATE_TEST_SUITE_P(
     Scenes, FlatPerformerSignals,
     ::testing::ValuesIn(some_of<FlatSignals>({{"dress, bent arms, a few letters", 1, 24, 2, 4, 0, "HOWA"},
-                                              {"T-shirt", 0, 0, 1},
-                                              {"T-shirt, bent arms", 0, 24, 2},
-                                              {"dress", 1, 0, 3},
-                                              {"dress, bent arms", 1, 24, 1},
-                                              {"flags and a jacket like the wall", 2, 0, 2},
-                                              {"flags and a jacket like the wall, bent arms", 2, 24, 3}},
+                                              {"T-shirt", 0, 0, 1, 22, 1},
+                                              {"T-shirt, bent arms", 0, 24, 2, 23, 1},
+                                              {"dress", 1, 0, 3, 25, 0},
+                                              {"dress, bent arms", 1, 24, 1, 19, 0},
+                                              {"flags and a jacket like the wall", 2, 0, 2, 19, 0},
+                                              {"flags and a jacket like the wall, bent arms", 2, 24, 3, 19, 0}},
                                              1)));
 
 }  // namespace

@@ -93,6 +93,23 @@ TEST(PersonStage, LooksSoOftenByTheFramesTimesAndTakesEffectAtOnceWithoutADelay)
   EXPECT_EQ(stage.seen(), 4u);
 }
 
+TEST(PersonStage, LooksForArmsAreFewerAndAtTheMirrorImageToo) {
+  auto options = looking(1000, 0);
+  options.arms_per_s = 10;
+  PersonStage stage(test::tiny_search(), options);
+  const auto frames = frames_of(6, always);
+  for (int i = 0; i < 6; ++i) {
+    Observation o;
+    o.frame = frames[std::size_t(i)];
+    o.time = o.frame->device_time;
+    stage.process(o);
+    ASSERT_TRUE(o.person) << i;
+    const bool for_arms = i == 0 || i == 3 || i == 5;  // At 0, 0.1, 0.2 s, or the first frame behind it.
+    EXPECT_EQ(o.person->for_arms, for_arms) << i;
+    EXPECT_EQ(o.person->flipped.has_value(), for_arms) << i;
+  }
+}
+
 TEST(PersonStage, NoFrameIsLookedAtTwice) {
   PersonStage stage(test::tiny_search(), looking(1000, 0));
   (void)all_known(stage, frames_of(5, always));

@@ -21,6 +21,8 @@ struct PersonRegion {
 
   /// Takes a place in the picture to one in the region, which is a picture of `size` x `size`.
   [[nodiscard]] cv::Matx23d from_picture(int size) const;
+  /// The same part of the mirror image of a picture of that width.
+  [[nodiscard]] PersonRegion flipped(int width) const { return {{width - 1 - centre.x, centre.y}, side, -angle}; }
   friend bool operator==(const PersonRegion&, const PersonRegion&) = default;
 };
 

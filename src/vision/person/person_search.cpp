@@ -111,11 +111,8 @@ std::vector<PersonRegion> PersonSearch::detected(const cv::Mat& picture, cv::Rec
 }
 
 std::optional<PersonLook> PersonSearch::twice(const cv::Mat& picture, const PersonRegion& region) {
-  const auto first = network_.look(picture, region);
-  if (first.score < PersonTrack::kLeastScore) return std::nullopt;
-  auto look = network_.look(picture, first.next);
-  if (look.score < PersonTrack::kLeastScore) return std::nullopt;
-  return look;
+  const auto first = look(picture, region);
+  return first ? look(picture, first->next) : std::nullopt;
 }
 
 std::optional<PersonLook> PersonSearch::largest(const cv::Mat& picture, const PersonQuery& query,
@@ -137,11 +134,15 @@ std::optional<PersonLook> PersonSearch::largest(const cv::Mat& picture, const Pe
   return std::nullopt;
 }
 
+std::optional<PersonLook> PersonSearch::look(const cv::Mat& picture, const PersonRegion& region) {
+  auto look = network_.look(picture, region);
+  return look.score >= PersonTrack::kLeastScore ? std::optional(std::move(look)) : std::nullopt;
+}
+
 std::optional<PersonLook> PersonSearch::search(const cv::Mat& picture, const PersonQuery& query) {
   const cv::Mat before = std::exchange(small_, small_of(picture));
   if (query.region) {
-    auto look = network_.look(picture, *query.region);
-    if (look.score >= PersonTrack::kLeastScore) return look;
+    if (auto seen = look(picture, *query.region)) return seen;
   }
   auto first = largest(picture, query, before);
   if (!first || choice_ == PersonChoice::kLargest) return first;

@@ -96,6 +96,9 @@ class PersonSearch {
   ///   done twice: the first tells better where they are.
   [[nodiscard]] std::optional<PersonLook> search(const cv::Mat& picture, const PersonQuery& query);
 
+  /// One look at that part; nothing where nobody is there.
+  [[nodiscard]] std::optional<PersonLook> look(const cv::Mat& picture, const PersonRegion& region);
+
   /// @param person  who is none of the others; may be nobody.
   /// @return for each of `query.looked` whom it shows, or nothing where they are there no more; then those who are new.
   [[nodiscard]] std::vector<std::optional<PersonLook>> search_others(const cv::Mat& picture, const OthersQuery& query,
