@@ -17,21 +17,31 @@ constexpr double kEven = 0.80;        // Z* of a state with itself from which bo
 }  // namespace
 
 AtStation station_of(const body::ArmPoses& arms) {
-  constexpr double kReach = 22.5;  // Degrees, half way to the next.
-  constexpr double kUneven = 13;   // Between T, which stands still, and arms that cross.
-  constexpr std::array kAt = {Station::kRest, Station::kLow, Station::kLevel, Station::kHigh, Station::kUp};
+  constexpr double kUneven = 13;  // Between T, which stands still, and arms that cross.
+  constexpr double kStraight = 30;
+  struct Range {
+    Station station;
+    double from, to, at;
+  };
+  constexpr std::array<Range, 5> kRanges = {{{Station::kRest, -90, 28, 0},
+                                             {Station::kLow, 30, 60, 45},
+                                             {Station::kLevel, 65, 115, 90},
+                                             {Station::kHigh, 120, 150, 135},
+                                             {Station::kUp, 152, 270, 180}}};
   const auto& left = arms[body::kLeft];
   const auto& right = arms[body::kRight];
   if (!left || !right) return {};
-  for (std::size_t k = 0; k < kAt.size(); ++k) {
-    const double from_right = body::turn(45.0 * double(k), right->fore);
-    const double from_left = body::turn(45.0 * double(k), -left->fore);
-    const double mean = (from_right + from_left) / 2;
-    if (std::abs(mean) <= kReach && std::abs(from_right - mean) <= kUneven) {
-      return {kAt[k], std::cos(std::max(std::abs(from_right), std::abs(from_left)) * std::numbers::pi / 180)};
-    }
-  }
-  return {};
+  // Outwards of either side.
+  const double on_right = body::turn(90, right->fore) + 90, on_left = body::turn(90, -left->fore) + 90;
+  const double mean = (on_right + on_left) / 2;
+  if (std::abs(on_right - mean) > kUneven) return {};
+  const auto straight = [](const auto& arm) { return std::abs(body::turn(arm.upper, arm.fore)) <= kStraight; };
+  const auto range = std::ranges::find_if(kRanges, [&](const auto& r) { return mean >= r.from && mean <= r.to; });
+  if (range == kRanges.end()) return {};
+  const bool passed = range->station == Station::kRest || range->station == Station::kLevel;
+  if (!passed && (!straight(*left) || !straight(*right))) return {};
+  const double off = std::max(std::abs(on_right - range->at), std::abs(on_left - range->at));
+  return {range->station, std::max(0.0, std::cos(off * std::numbers::pi / 180))};
 }
 
 ParticleStations::ParticleStations(bool mirrored, const body::ParticleBounds& bounds) {

@@ -31,8 +31,9 @@ struct AtStation {
   double likeness = 0;  ///< 0 to 1.
 };
 
-/// Both forearms within 22.5 degrees of the station on average, and either within 13 of that.
-/// The likeness is the cosine of what is between.
+/// Forearms that are on average below 28 degrees outwards, from 30 to 60, 65 to 115, 120 to 150, or above 152, and either
+/// within 13 of that; at the ends of movements (kLow, kHigh, kUp) of straight arms. The likeness is the cosine of what
+/// is between.
 [[nodiscard]] AtStation station_of(const body::ArmPoses& arms);
 
 /// By the templates of particle states.

@@ -2,6 +2,7 @@
 // Whether a test may take its time.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdlib>
 #include <vector>
@@ -17,7 +18,7 @@ template <typename Case>
 std::vector<Case> some_of(const std::vector<Case>& all, std::size_t few) {
   if (in_long_lane() || few >= all.size()) return all;
   std::vector<Case> some;
-  for (std::size_t k = 0; k < few; ++k) some.push_back(all[k * (all.size() - 1) / (few - 1)]);
+  for (std::size_t k = 0; k < few; ++k) some.push_back(all[k * (all.size() - 1) / std::max<std::size_t>(few - 1, 1)]);
   return some;
 }
 
