@@ -23,7 +23,7 @@ using Name = vision::PersonPointName;
 
 // A small picture about the shoulders, in which a torso is so long.
 constexpr double kTorso = 40;
-constexpr int kSide = 160;
+constexpr int kCanvasSide = 160;
 
 // In torsos.
 constexpr double kTrunk = 0.22, kHead = 0.33, kHeadAbove = 0.42, kNeck = 0.25, kLeg = 0.5;
@@ -46,7 +46,7 @@ struct Canvas {
   double scale = 0;
 
   [[nodiscard]] cv::Point2d operator()(cv::Point2d p) const {
-    return (p - shoulders) * scale + cv::Point2d(kSide / 2.0, kSide / 2.0);
+    return (p - shoulders) * scale + cv::Point2d(kCanvasSide / 2.0, kCanvasSide / 2.0);
   }
 };
 
@@ -59,7 +59,7 @@ void draw(cv::Mat& on, const Arm& arm, double torsos) {
   draw(on, arm[1], arm[2] + kHand * (arm[2] - arm[1]), torsos);
 }
 
-cv::Mat nothing() { return cv::Mat::zeros(kSide, kSide, CV_8UC1); }
+cv::Mat nothing() { return cv::Mat::zeros(kCanvasSide, kCanvasSide, CV_8UC1); }
 
 // Trunk, head, legs and what is between these.
 cv::Mat body_of(const PersonLook& look, const Canvas& canvas) {
@@ -89,14 +89,14 @@ cv::Mat body_of(const PersonLook& look, const Canvas& canvas) {
 
 // The mean of the silhouettes.
 cv::Mat silhouette_of(std::span<const ArmLook> looks, cv::Size picture, const Canvas& canvas) {
-  cv::Mat sum = cv::Mat::zeros(kSide, kSide, CV_32FC1);
+  cv::Mat sum = cv::Mat::zeros(kCanvasSide, kCanvasSide, CV_32FC1);
   for (const auto& [look, flipped] : looks) {
     if (look.silhouette.empty()) return {};
     const auto region = look.region.from_picture(look.silhouette.cols);
     const double turn = flipped ? -1 : 1, offset = flipped ? picture.width - 1 : 0;
     // From the canvas to the picture, its mirror image, the region.
     const double back = 1 / canvas.scale;
-    const auto x0 = canvas.shoulders.x - back * kSide / 2, y0 = canvas.shoulders.y - back * kSide / 2;
+    const auto x0 = canvas.shoulders.x - back * kCanvasSide / 2, y0 = canvas.shoulders.y - back * kCanvasSide / 2;
     const cv::Matx33d to_picture(turn * back, 0, offset + turn * x0, 0, back, y0, 0, 0, 1);
     cv::Mat one;
     cv::warpAffine(look.silhouette, one, cv::Mat(region * to_picture), sum.size(),
@@ -147,7 +147,7 @@ ArmPoses explained_arms(std::span<const ArmLook> looks, cv::Size picture, bool m
   const auto silhouette = silhouette_of(looks, picture, canvas);
   if (silhouette.empty()) return body::mean_of(seen);
   cv::Mat within_reach = nothing();
-  cv::circle(within_reach, {kSide / 2, kSide / 2}, cvRound(kReach * kTorso), 255, cv::FILLED);
+  cv::circle(within_reach, {kCanvasSide / 2, kCanvasSide / 2}, cvRound(kReach * kTorso), 255, cv::FILLED);
   const cv::Mat limbs = silhouette & ~body_of(first, canvas) & within_reach;
 
   std::vector<std::array<Arm, 2>> arms;
