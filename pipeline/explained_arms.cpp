@@ -35,8 +35,8 @@ constexpr double kNothing = 0.05;             // Torsos squared: so little is no
 constexpr double kOffWeight = 2.5;  // Of thin arms outside, which are so much smaller.
 constexpr double kOneLook = 0.02;   // What arms of one look are better by.
 constexpr double kAsGood = 0.06;
-constexpr double kAlike = 30;  // Degrees.
-constexpr int kLikely = 110;   // Of 255.
+constexpr double kAlikeDegrees = 30;
+constexpr int kLikely = 110;  // Of 255.
 
 using Arm = std::array<cv::Point2d, 3>;  // Shoulder, elbow, wrist.
 
@@ -130,7 +130,9 @@ double explained_by(const Arm& left, const Arm& right, const cv::Mat& limbs, con
   return here / (here + cv::countNonZero(limbs & ~wide) + kOffWeight * cv::countNonZero(thin & ~silhouette));
 }
 
-bool alike(const body::ArmPose& a, const body::ArmPose& b) { return std::abs(body::turn(a.fore, b.fore)) < kAlike; }
+bool alike(const body::ArmPose& a, const body::ArmPose& b) {
+  return std::abs(body::turn(a.fore, b.fore)) < kAlikeDegrees;
+}
 
 }  // namespace
 
