@@ -154,6 +154,7 @@ std::vector<Case> cases() {
       {"semaphore.hysteresis", {"0", "0.5"}, no_number({"-0.1", "0.51"})},
       {"semaphore.hold_s", {"0.05", "5"}, no_number({"0", "5.1"})},
       {"semaphore.still_widths_s", {"0.05", "50"}, no_number({"0", "50.1"})},
+      {"semaphore.still_degrees_s", {"0.1", "500"}, no_number({"0", "500.1"})},
       {"semaphore.bridge_s", {"0", "5"}, no_number({"-1", "5.1"})},
       {"semaphore.word_gap", {"0.05", "20"}, no_number({"0", "20.1"})},
       {"working.rows", {"0", "1", "8640"}, no_integer({"-1", "8641"})},
