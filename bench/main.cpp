@@ -27,6 +27,8 @@ struct Entry {
 constexpr std::array kBenchmarks = {
     Entry{"kernels", "Z and Z* of masks: all pairs, and one live row against the history", &kernels},
     Entry{"chain", "the whole way of a live frame, on one thread and on two", &chain},
+    Entry{"confidence", "how often a sign is right of which so much confidence is told", &confidence},
+    Entry{"looks", "the whole way of a signaller's frame to its letter with the person network", &looks},
     Entry{"signals", "the whole way of a signaller's frame to its letter, and each stage beside plain OpenCV",
           &signals},
     Entry{"semaphore", "letters and words of synthetic signallers, from pictures to text: how many are right",
@@ -88,6 +90,7 @@ int main(int argc, char** argv) {
   app.add_flag("--quick", settings.quick, "fewer repetitions: seconds instead of minutes");
   app.add_flag("--smoke", settings.smoke, "everything once, on very little: whether it runs, not how fast");
   app.add_option("--only", only, "benchmarks to run (default: all)")->type_name("NAME ...");
+  app.add_option("--plot", settings.plot, "draw the confidence's plot to this file, a PNG")->type_name("FILE");
   app.add_option("--json", json_path, "write the ratios to this file")->type_name("FILE");
   try {
     app.parse(argc, argv);

@@ -12,6 +12,7 @@ namespace choreo::bench {
 struct Settings {
   bool quick = false;  ///< Fewer repetitions and pairs; the same figures, less steady.
   bool smoke = false;  ///< Everything once, on very little: figures that mean nothing, for a test.
+  std::string plot;    ///< A PNG file for what is better drawn than told; empty: none.
 };
 
 /// One line of a table: what was measured and what it is compared with. Empty cells are not known.
@@ -36,6 +37,8 @@ using Benchmark = void (*)(const Settings& settings, Report& report);
 
 void kernels(const Settings& settings, Report& report);
 void chain(const Settings& settings, Report& report);
+void confidence(const Settings& settings, Report& report);
+void looks(const Settings& settings, Report& report);
 void signals(const Settings& settings, Report& report);
 void semaphore(const Settings& settings, Report& report);
 void background(const Settings& settings, Report& report);

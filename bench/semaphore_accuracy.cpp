@@ -65,7 +65,7 @@ cv::Mat empty_room(const synthetic::Performer& performer) {
 
 constexpr std::array kReaders = {pipeline::ReadsSigns::kOfLooks, pipeline::ReadsSigns::kOfParticles};
 
-// By tone, or with the person network where it is: ten looks a second, as live.
+// By tone, or with the person network where it is: ten looks a second, as live, each made twice.
 Result read_clip(const Clip& clip, pipeline::ReadsSigns reads) {
   const synthetic::Performer performer(clip.script, clip.settings);
   pipeline::PictureStage picture(clip.settings.size);
@@ -79,6 +79,7 @@ Result read_clip(const Clip& clip, pipeline::ReadsSigns reads) {
     pipeline::PersonStageOptions looks;
     looks.delay_s = 0;
     looks.others = false;
+    looks.arms_per_s = looks.looks_per_s;
     stages = {&picture, &person.emplace(pipeline::load_person_search({}), looks), &semaphore};
   }
   Result result;

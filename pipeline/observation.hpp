@@ -37,9 +37,7 @@ struct PersonSighting {
   Nanoseconds time{0};          ///< Of the frame that was looked at.
   devices::FramePtr frame;      ///< That one; null of others.
   std::optional<double> speed;  ///< Of the fastest joint since the look before, px/s; nothing at the first look.
-  bool for_arms = true;         ///< Signs are read of it.
-  /// A second look then, at the frame's mirror image and in pixels of `picture`'s, where PersonStage is to make it.
-  std::optional<vision::PersonLook> flipped = {};
+  std::optional<vision::PersonLook> arms = {};    ///< The look with its arms fitted, where it was made for arms.
   std::optional<vision::PersonLook> smooth = {};  ///< The look with its joints filtered, where that is asked for.
 };
 

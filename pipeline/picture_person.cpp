@@ -7,8 +7,9 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "pipeline/explained_arms.hpp"
+#include "pipeline/fitted_arms.hpp"
 #include "pipeline/picture_reading.hpp"
+#include "pipeline/seen_arms.hpp"
 #include "recognition/arm_signs.hpp"
 
 namespace choreo::pipeline {
@@ -16,33 +17,18 @@ namespace {
 
 using Name = vision::PersonPointName;
 
-// Somebody whom the network sees in a picture and in its mirror image.
-struct SeenTwice {
-  vision::PersonLook look;
-  body::ArmPoses arms;
-};
-
 constexpr double kSure = 0.9;
 
+// Somebody whom the network sees in a picture and in its mirror image, the arms fitted.
 // @param region  where to look first; nothing: anywhere.
-std::optional<SeenTwice> seen_twice(const cv::Mat& picture, vision::PersonSearch& people, bool mirrored,
-                                    const std::optional<vision::PersonRegion>& region = std::nullopt) {
-  const auto sure = [](std::optional<vision::PersonLook> look) {
-    return look && look->score >= kSure ? look : std::nullopt;
-  };
-  auto look = sure(region ? people.look(picture, *region) : people.search(picture, {}));
-  if (!look) return std::nullopt;
-  cv::Mat flipped;
-  cv::flip(picture, flipped, 1);
-  const auto there = look->next.flipped(picture.cols);
-  const auto again = sure(people.look(flipped, there));
-  if (!again) return std::nullopt;
-  std::vector<ArmLook> looks = {{*look, false}, {*again, true}};
-  for (const bool flip : {false, true}) {
-    const auto larger = larger_for_arms(flip ? there : look->next);
-    if (auto once_more = people.look(flip ? flipped : picture, larger)) looks.push_back({*std::move(once_more), flip});
-  }
-  return SeenTwice{*std::move(look), explained_arms(looks, picture.size(), mirrored)};
+std::optional<vision::PersonLook> seen_twice(const cv::Mat& picture, vision::PersonSearch& people,
+                                             const std::optional<vision::PersonRegion>& region = std::nullopt) {
+  const auto look = region ? people.look(picture, *region) : people.search(picture, {});
+  if (!look || look->score < kSure) return std::nullopt;
+  const auto looks = looks_for_arms(picture, *look, people, 4);
+  const auto sure_there = [](const auto& one) { return one.flipped && one.look.score >= kSure; };
+  if (std::ranges::none_of(looks, sure_there)) return std::nullopt;
+  return fitted_arms(looks, picture.size());
 }
 
 // Overlapping parts, in which who is small is larger.
@@ -63,16 +49,16 @@ std::vector<cv::Rect> parts_of(cv::Size size) {
 }
 
 // The largest whom it is sure of, in the whole picture or else in a part of it.
-std::optional<SeenTwice> somebody_in(const cv::Mat& picture, vision::PersonSearch& people, bool mirrored) {
-  if (auto found = seen_twice(picture, people, mirrored)) return found;
-  std::optional<SeenTwice> largest;
+std::optional<vision::PersonLook> somebody_in(const cv::Mat& picture, vision::PersonSearch& people) {
+  if (auto found = seen_twice(picture, people)) return found;
+  std::optional<vision::PersonLook> largest;
   for (const auto& part : parts_of(picture.size())) {
     const auto look = people.search(picture(part), {});
     if (!look || look->score < kSure) continue;
     auto region = look->next;
     region.centre += cv::Point2d(part.tl());
-    if (largest && largest->look.region.side >= region.side) continue;
-    if (auto found = seen_twice(picture, people, mirrored, region)) largest = std::move(found);
+    if (largest && largest->region.side >= region.side) continue;
+    if (auto found = seen_twice(picture, people, region)) largest = std::move(found);
   }
   return largest;
 }
@@ -84,16 +70,16 @@ PictureReading read_by_network(const cv::Mat& picture, vision::PersonSearch& peo
   PictureReading out;
   out.by_network = true;
   out.why = NoSign::kNobody;
-  const auto person = somebody_in(picture, people, mirrored);
+  const auto person = somebody_in(picture, people);
   if (!person) return out;
-  const auto& look = person->look;
+  const auto& look = *person;
   out.face = vision::face_of(look);
   out.forearms = {{look[Name::kLeftElbow].at, look[Name::kLeftWrist].at},
                   {look[Name::kRightElbow].at, look[Name::kRightWrist].at}};
   constexpr double kLikely = 127;
   out.evidence = vision::silhouette_in_picture(look, picture.size()) > kLikely;
 
-  const auto signs = recognition::arm_signs(person->arms);
+  const auto signs = recognition::arm_signs(arm_poses(look, picture.size(), mirrored));
   out.runner_up = signs.best;
   out.confidence = signs.rest + signs.none;
   if (signs.arms_hidden) {

@@ -39,8 +39,8 @@ enum class NoSign {
 
 /// What one picture shows, and what it was read from. Lengths in px of the picture.
 struct PictureReading {
-  std::optional<std::string_view> sign;  ///< Of body::semaphore_signs() but REST, which is no letter; nothing where none
-                                         ///< is shown for certain.
+  std::optional<std::string_view> sign;  ///< Of body::semaphore_signs() but REST, which is no letter; nothing where
+                                         ///< none is shown for certain.
   double confidence = 0;       ///< That the answer is right, be it a sign or none, 0 to 1; 0 where nothing can be told.
   std::string_view runner_up;  ///< The next sign but REST; where none is shown the nearest. Empty where no arm is seen.
   std::optional<NoSign> why = NoSign::kNoFace;  ///< Why there is no sign; nothing where there is one.
@@ -49,12 +49,12 @@ struct PictureReading {
   struct Forearm {
     cv::Point2d from, to;  ///< Elbow and wrist.
   };
-  std::vector<Forearm> forearms;  ///< That the network sees.
+  std::vector<Forearm> forearms;  ///< By the network.
   cv::Mat evidence;               ///< CV_8UC1, 255 where the person, or the arms' tone, is seen; may be empty.
 };
 
-/// By where the person network sees the forearms (`recognition::arm_signs`): the mean of a look at the picture and one
-/// at its mirror image.
+/// By where the person network and its silhouettes show the forearms (`fitted_arms` of looks at the picture and at its
+/// mirror image, `recognition::arm_signs`).
 /// @param picture  CV_8UC3.  @param mirrored  as of SemaphoreOptions.
 [[nodiscard]] PictureReading read_by_network(const cv::Mat& picture, vision::PersonSearch& people, bool mirrored);
 

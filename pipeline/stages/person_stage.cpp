@@ -9,7 +9,7 @@
 #include <opencv2/core.hpp>
 
 #include "core/error.hpp"
-#include "pipeline/explained_arms.hpp"
+#include "pipeline/fitted_arms.hpp"
 
 namespace choreo::pipeline {
 namespace {
@@ -71,7 +71,7 @@ struct PersonStage::Look {
   std::optional<vision::PersonLook> seen;
   std::vector<std::optional<vision::PersonLook>> others_seen;
   bool for_arms = false;
-  std::optional<vision::PersonLook> flipped;
+  std::optional<vision::PersonLook> arms;
 };
 
 void PersonStageOptions::validate() const {
@@ -84,6 +84,7 @@ void PersonStageOptions::validate() const {
   if (arms_per_s && (*arms_per_s < 0.1 || *arms_per_s > 1000)) {
     throw usage_error(fmt::format("arms_per_s is {}", *arms_per_s), {}, "it is from 0.1 to 1000");
   }
+  if (arm_looks < 1 || arm_looks > 4) throw usage_error(fmt::format("arm_looks is {}", arm_looks), {}, "it is 1 to 4");
   if (delay_s < 0 || delay_s > 2) throw usage_error(fmt::format("delay_s is {}", delay_s), {}, "it is from 0 to 2");
 }
 
@@ -122,8 +123,7 @@ void PersonStage::take_effect(const std::shared_ptr<Look>& look, Observation& ob
   const double factor = picture.empty() ? 1.0 : double(picture.cols) / look->frame->bgr.cols;
   const auto now =
       sighting(scaled(*std::move(look->seen), factor), look->time, look->frame, followed ? before : nullptr);
-  now->for_arms = look->for_arms;
-  if (look->flipped) now->flipped = scaled(*std::move(look->flipped), factor);
+  if (look->arms) now->arms = scaled(*std::move(look->arms), factor);
   if (filter_) now->smooth = filter_->next(now->look, to_seconds(now->time));
   last_ = now;
   if (look->others_query) others_.update(*look->others_query, look->others_seen, look->time.count());
@@ -153,17 +153,16 @@ void PersonStage::process(Observation& observation) {
   const double per_s = last_ ? options_.looks_per_s : options_.seeks_per_s.value_or(options_.looks_per_s);
   if (!pending_ && !observation.frame->bgr.empty() && is_time(observation.time, per_s, next_)) {
     auto look = std::make_shared<Look>(Look{observation.frame, observation.time, track_.next(), {}, {}, {}, false, {}});
-    look->for_arms = !options_.arms_per_s || is_time(observation.time, *options_.arms_per_s, next_arms_);
+    look->for_arms = options_.arms_per_s && is_time(observation.time, *options_.arms_per_s, next_arms_);
     for (const auto& other : others_.known()) look->query.others.push_back(other.look);
     if (options_.others && (last_ || !beside_)) look->others_query = others_.next();
     const bool at_once = !beside_ || (options_.first_at_once && !std::exchange(asked_, true));
-    const auto search = [this, look, arms = options_.arms_per_s.has_value()] {
+    const auto search = [this, look] {
       try {
         look->seen = search_.search(look->frame->bgr, look->query);
-        if (look->seen && look->for_arms && arms) {
-          cv::Mat flipped;
-          cv::flip(look->frame->bgr, flipped, 1);
-          look->flipped = search_.look(flipped, larger_for_arms(look->seen->next.flipped(flipped.cols)));
+        if (look->seen && look->for_arms) {
+          const auto& picture = look->frame->bgr;
+          look->arms = fitted_arms(looks_for_arms(picture, *look->seen, search_, options_.arm_looks), picture.size());
         }
         if (look->seen && look->others_query) {
           look->others_seen = search_.search_others(look->frame->bgr, *look->others_query, look->seen);

@@ -23,9 +23,8 @@ struct PersonStageOptions {
                           ///< looks itself, and frames wait for it.
   bool first_at_once = false;  ///< Frames wait for the first look, which else has an effect as late as the others.
   bool others = true;          ///< Whether others are looked for as well.
-  /// So many looks a second are for arms, [0.1, 1000], and are made twice: at the mirror image, too. Nothing: all are,
-  /// and once.
-  std::optional<double> arms_per_s = {};
+  std::optional<double> arms_per_s = {};  ///< So many looks a second are for arms, [0.1, 1000]; nothing: none.
+  std::size_t arm_looks = 2;              ///< So many looks in one then, and the arms fitted to all of them; 1 to 4.
   std::optional<vision::JointFilterOptions> smooth = {};  ///< Of the person's joints; nothing: as they are seen.
   bool waits = true;  ///< For a look that is not done when it is due; else it is due at the next frame again.
   /// Told of every frame at which a look was due and not done: its sequence number. Called by the thread that calls

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <utility>
 
-#include "pipeline/explained_arms.hpp"
+#include "pipeline/seen_arms.hpp"
 
 namespace choreo::pipeline {
 namespace {
@@ -31,14 +31,9 @@ recognition::SemaphoreStep SemaphoreStage::read(const Observation& o) {
   }
   auto& of_looks = std::get<recognition::ArmSignReader>(reader_);
   if (!o.looked) return of_looks.last();
-  if (o.person && !o.person->for_arms) return of_looks.last();
-  std::optional<body::ArmPoses> arms;
-  if (o.person) {
-    std::vector<ArmLook> looks = {{o.person->look, false}};
-    if (o.person->flipped) looks.push_back({*o.person->flipped, true});
-    arms = explained_arms(looks, o.picture.size(), mirrored_);
-  }
-  return of_looks.add(to_seconds(*o.looked), arms);
+  if (!o.person) return of_looks.add(to_seconds(*o.looked), std::nullopt);
+  if (!o.person->arms) return of_looks.last();
+  return of_looks.add(to_seconds(*o.looked), arm_poses(*o.person->arms, o.picture.size(), mirrored_));
 }
 
 void SemaphoreStage::process(Observation& observation) {

@@ -96,6 +96,7 @@ std::unique_ptr<pipeline::PersonStage> person_stage(vision::PersonSearch search,
   constexpr double kEveryFrame = 1000;
   options.looks_per_s = masks ? kEveryFrame : settings.person.looks_per_s;
   if (arms) options.arms_per_s = settings.person.looks_per_s;
+  options.arm_looks = 4;
   if (!somebody) options.seeks_per_s = settings.person.looks_per_s;
   return std::make_unique<pipeline::PersonStage>(std::move(search), std::move(options));
 }

@@ -16,8 +16,21 @@ constexpr double kShown = 0.5;        // Probability from which a sign is shown,
 constexpr double kBegins = 0.7;       // from which it is held,
 constexpr double kStays = 0.25;       // and down to which one that is held may fall.
 constexpr double kEarly = 1e-3;       // Seconds; cameras count milliseconds.
+// No arm goes so far and comes back so near in so short a time: such a look was wrong.
+constexpr double kStrays = 35, kComesBack = 20;  // Degrees,
+constexpr double kStrayTime = 0.35;              // seconds.
 
 bool both_seen(const std::optional<body::ArmPoses>& arms) { return arms && !arm_signs(*arms).arms_hidden; }
+
+// Of the forearms, and half as much of the upper arms, which are seen less well. Arms that are both seen.
+double apart(const body::ArmPoses& a, const body::ArmPoses& b) {
+  double most = 0;
+  for (const auto side : {body::kLeft, body::kRight}) {
+    most = std::max({most, std::abs(body::turn(a[side]->fore, b[side]->fore)),
+                     std::abs(body::turn(a[side]->upper, b[side]->upper)) / 2});
+  }
+  return most;
+}
 
 // Standard deviation of single looks, by second differences: whatever turns evenly has none.
 double look_error(const std::vector<double>& degrees) {
@@ -117,6 +130,16 @@ void ArmSignReader::follow(double time_s, const ArmSigns& now, SemaphoreStep& st
   held_->go_on(time_s, throughout);
 }
 
+// The last but one, where it is unlike the one after it and the two before it, which are alike.
+void ArmSignReader::drop_stray() {
+  if (looks_.size() < 4) return;
+  const auto after = std::prev(looks_.end()), it = std::prev(after), before = std::prev(it),
+             earlier = std::prev(before);
+  if (after->time_s - before->time_s > kStrayTime) return;
+  if (std::max(apart(earlier->arms, after->arms), apart(before->arms, after->arms)) > kComesBack) return;
+  if (std::min(apart(before->arms, it->arms), apart(it->arms, after->arms)) > kStrays) looks_.erase(it);
+}
+
 SemaphoreStep ArmSignReader::add(double time_s, const std::optional<body::ArmPoses>& arms) {
   SemaphoreStep step;
   if (last_ && time_s <= *last_) {
@@ -133,6 +156,7 @@ SemaphoreStep ArmSignReader::add(double time_s, const std::optional<body::ArmPos
   if (seen) {
     last_arms_ = time_s;
     looks_.push_back({time_s, *arms});
+    drop_stray();
     while (looks_.size() > std::size_t(kLeast) && looks_[1].time_s <= time_s - options_.hold_s - kRecentSigns_s) {
       looks_.pop_front();
     }

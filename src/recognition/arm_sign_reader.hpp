@@ -14,12 +14,13 @@
 
 namespace choreo::recognition {
 
-/// Reads signs that are held. A sign is held where for `hold_s` and three looks upper arms and
-/// forearms turned no faster than `still_degrees_s` and what looks differ by, and the mean of these looks shows it
-/// with a probability of 0.7 (`arm_signs`): it is known with the look that completes the time, and began with the first of them. It ends when for
-/// 0.12 seconds the arms have been elsewhere, were not seen for `bridge_s`, or no look came for a second (nor for
-/// `bridge_s`). One held sign is one sign however long; the same again needs another posture or a pause in between. Who
-/// holds a sign's posture does show that sign.
+/// Reads signs that are held. A sign is held where for `hold_s` and three looks upper arms and forearms turned no faster
+/// than `still_degrees_s` and what looks differ by, and the mean of these looks shows it with a probability of 0.7
+/// (`arm_signs`): it is known with the look that completes the time, and began with the first of them. A look does not
+/// count that is unlike the two before it and the one after it while these are alike. A sign ends when for 0.12 seconds
+/// the arms have been elsewhere, were not seen for `bridge_s`, or no look came for a second (nor for `bridge_s`). One
+/// held sign is one sign however long; the same again needs another posture or a pause in between. Who holds a sign's
+/// posture does show that sign.
 ///
 /// Depends on times and arms alone. From 1 to 240 looks a second; movements need ten.
 /// @thread thread-bound
@@ -46,6 +47,7 @@ class ArmSignReader {
   };
   using Looks = std::deque<Look>;
 
+  void drop_stray();
   void lapse(double time_s, bool seen, SemaphoreStep& step);
   void follow(double time_s, const ArmSigns& now, SemaphoreStep& step);
   void end_hold(SemaphoreStep& step);

@@ -13,8 +13,9 @@ namespace {
 
 constexpr std::size_t kPositions = 8;
 constexpr double kAim = 11;      // Degrees, of a signaller's forearm.
-constexpr double kBend = 22;     // Degrees, of a signaller's elbow;
-constexpr double kAcross = 45;   // of one that reaches across the body, its upper arm towards the camera.
+constexpr double kHangs = 7;     // Degrees outwards, of an arm that hangs beside its hip.
+constexpr double kBend = 18;     // Degrees, of an upper arm off the middle between its forearm and the position;
+constexpr double kAcross = 40;   // of one that reaches across the body, towards the camera.
 constexpr double kBends = 300;   // Degrees, all bends there are.
 constexpr double kShort = 0.55;  // Torsos, of an arm of which it is doubtful whether it lies in the picture's plane.
 constexpr double kAcrossShort = 0.85;  // Of that, where it reaches across.
@@ -31,11 +32,13 @@ std::array<double, kPositions> odds_of(const body::ArmPose& arm, body::Side side
   std::array<double, kPositions> odds{};
   for (std::size_t k = 0; k < kPositions; ++k) {
     const bool across = side == body::kLeft ? k > 0 && k < 4 : k > 4;
-    const double straight = normal(body::turn(arm.upper, arm.fore), across ? kAcross : kBend) * kBends;
+    const double outwards = k > 0 ? 0 : side == body::kLeft ? -kHangs : kHangs;
+    const double off = body::turn(45.0 * double(k) + outwards, arm.fore);
+    const double bent = body::turn(arm.fore - off / 2, arm.upper);
+    const double straight = normal(bent, across ? kAcross : kBend) * kBends;
     const double shortest = across ? kShort * kAcrossShort : kShort;
     const double in_plane = 1 / (1 + std::exp((shortest - arm.length) / kShortness));
-    odds[k] =
-        normal(body::turn(arm.fore, 45.0 * double(k)), std::hypot(kAim, arm.spread)) * 360 * straight * in_plane * seen;
+    odds[k] = normal(off, std::hypot(kAim, arm.spread)) * 360 * straight * in_plane * seen;
   }
   return odds;
 }

@@ -95,7 +95,7 @@ TEST(SemaphoreStage, ALetterIsKnownAFifthOfASecondAfterItsHoldTimeIsOver) {
       if (frame % 6 == 4) {
         o.looked = from_seconds((frame - 4) / 60.0);
         person = std::make_shared<PersonSighting>(
-            PersonSighting{pointing((frame - 4) / 60.0 < shown ? rest : letter), *o.looked, {}, {}});
+            PersonSighting{{}, *o.looked, {}, {}, pointing((frame - 4) / 60.0 < shown ? rest : letter)});
       }
       o.person = person;
       stage.process(o);
@@ -116,7 +116,7 @@ TEST(SemaphoreStage, BetweenLooksNothingIsNewAndWhereNobodyIsSeenASignEnds) {
     o.picture = cv::Mat(300, 400, CV_8UC3);
     if (look) o.looked = o.time;
     const auto shown = pointing(*body::semaphore("R"));
-    if (seen) o.person = std::make_shared<PersonSighting>(PersonSighting{shown, o.time, {}, {}});
+    if (seen) o.person = std::make_shared<PersonSighting>(PersonSighting{{}, o.time, {}, {}, shown});
     stage.process(o);
     return *o.signal;
   };

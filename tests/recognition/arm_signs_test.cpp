@@ -17,13 +17,15 @@ using body::ArmPoses;
 
 ArmPose straight(double degrees) { return {degrees, degrees, 1, 1, 0}; }
 ArmPoses arms(ArmPose left, ArmPose right) { return {left, right}; }
+// Arms that hang do so beside the hips.
 ArmPoses showing(const body::SemaphoreSign& sign, double off = 0) {
-  return arms(straight(45 * sign.left + off), straight(45 * sign.right - off));
+  const auto points = [](int position, double outwards) { return position == 0 ? outwards : 45.0 * position; };
+  return arms(straight(points(sign.left, 353) + off), straight(points(sign.right, 7) - off));
 }
 
-TEST(ArmSigns, EverySignIsReadThoughBothForearmsAreFourteenDegreesOff) {
+TEST(ArmSigns, EverySignIsReadThoughBothForearmsAreTwelveDegreesOff) {
   for (const auto& sign : body::semaphore_signs()) {
-    for (const double off : {-14.0, 0.0, 14.0}) {
+    for (const double off : {-12.0, 0.0, 12.0}) {
       const auto read = arm_signs(showing(sign, off));
       if (sign.name == "REST") {
         EXPECT_GT(read.rest, 0.8) << off;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Of looks that do not agree, the arms that lie where the silhouette shows some.
-#include "pipeline/explained_arms.hpp"
+#include "pipeline/fitted_arms.hpp"
 
 #include <array>
 #include <cmath>
@@ -9,6 +9,8 @@
 
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
+
+#include "pipeline/seen_arms.hpp"
 
 namespace choreo::pipeline {
 namespace {
@@ -21,10 +23,10 @@ const cv::Size kSize(256, 256);
 
 // The signaller's right arm and left arm as positions of semaphore; a torso of 50 pixels.
 struct Shown {
-  int left, right;
+  double left, right;
 };
 
-cv::Point2d along(int position, double length) {
+cv::Point2d along(double position, double length) {
   const double angle = position * CV_PI / 4;
   return cv::Point2d(-std::sin(angle), std::cos(angle)) * length;
 }
@@ -76,55 +78,76 @@ ArmLook flipped(const vision::PersonLook& look) {
   return out;
 }
 
-void expect(const body::ArmPoses& arms, Shown shown) {
-  ASSERT_TRUE(arms[kLeft] && arms[kRight]);
-  EXPECT_NEAR(std::abs(body::turn(arms[kLeft]->fore, 45.0 * shown.left)), 0, 1);
-  EXPECT_NEAR(std::abs(body::turn(arms[kRight]->fore, 45.0 * shown.right)), 0, 1);
+body::ArmPoses poses_of(const std::vector<ArmLook>& looks, bool mirrored = false) {
+  return arm_poses(fitted_arms(looks, kSize), kSize, mirrored);
 }
 
-TEST(ExplainedArms, OfLooksThatAgreeAreTheirMean) {
+void expect(const body::ArmPoses& arms, Shown shown) {
+  ASSERT_TRUE(arms[kLeft] && arms[kRight]);
+  EXPECT_NEAR(body::turn(arms[kLeft]->fore, 45.0 * shown.left), 0, 3);
+  EXPECT_NEAR(body::turn(arms[kRight]->fore, 45.0 * shown.right), 0, 3);
+}
+
+TEST(FittedArms, OfLooksThatAgreeAreTheirs) {
   const Shown j{6, 4};
   const auto seen = look(j, j);
-  expect(explained_arms(std::vector<ArmLook>{{seen, false}}, kSize), j);
-  const auto both = explained_arms(std::vector<ArmLook>{{seen, false}, flipped(seen)}, kSize);
+  expect(poses_of({{seen, false}}), j);
+  const auto both = poses_of({{seen, false}, flipped(seen)});
   expect(both, j);
-  EXPECT_NEAR(both[kLeft]->spread, 0, 1e-6);
   EXPECT_NEAR(both[kLeft]->seen, 0.9, 1e-6);
 }
 
 // One arm is taken for both: J as two arms level.
-TEST(ExplainedArms, OfLooksThatDoNotAreThoseThatLieWhereLimbsAre) {
+TEST(FittedArms, OfLooksThatDoNotAreThoseThatLieWhereLimbsAre) {
   const Shown j{6, 4}, confused{6, 6};
-  expect(explained_arms(std::vector<ArmLook>{{look(j, confused), false}, flipped(look(j, j))}, kSize), j);
-  expect(explained_arms(std::vector<ArmLook>{{look(j, j), false}, flipped(look(j, confused))}, kSize), j);
+  expect(poses_of({{look(j, confused), false}, flipped(look(j, j))}), j);
+  expect(poses_of({{look(j, j), false}, flipped(look(j, confused))}), j);
 }
 
-TEST(ExplainedArms, AreOfWhicheverLookSawEachOfThem) {
+TEST(FittedArms, AreOfWhicheverLookSawEachOfThem) {
   const Shown r{6, 2};
-  expect(explained_arms(std::vector<ArmLook>{{look(r, {6, 3}), false}, flipped(look(r, {4, 2}))}, kSize), r);
+  expect(poses_of({{look(r, {6, 3}), false}, flipped(look(r, {4, 2}))}), r);
 }
 
-TEST(ExplainedArms, ArmsThatExplainNothingAreNotSeen) {
-  const Shown r{6, 2}, elsewhere{5, 3};
-  const auto arms = explained_arms(std::vector<ArmLook>{{look(r, elsewhere), false}}, kSize);
+TEST(FittedArms, AreTurnedTowardsTheLimb) {
+  const Shown r{6, 2};
+  for (const double off : {-0.4, 0.4}) {
+    const auto arms = poses_of({{look(r, {6 + off, 2 + off}), false}});
+    EXPECT_LT(std::abs(body::turn(arms[kLeft]->fore, 270)), 9) << "of 18 degrees";
+    EXPECT_LT(std::abs(body::turn(arms[kRight]->fore, 90)), 9);
+  }
+}
+
+TEST(FittedArms, OneInFrontOfTheTrunkStaysWhereItIsSeen) {
+  const auto arms = poses_of({{look({0, 0}, {1, 0}), false}});
+  EXPECT_NEAR(body::turn(arms[kRight]->fore, 0), 0, 8);
+}
+
+TEST(FittedArms, ThoseThatNoLookHasWhereLimbsAreAreDoubtful) {
+  const auto arms = poses_of({{look({6, 2}, {5, 3}), false}});
+  ASSERT_TRUE(arms[kLeft] && arms[kRight]);
+  EXPECT_LT(arms[kLeft]->seen, 0.3);
+  EXPECT_LT(arms[kRight]->seen, 0.3);
+}
+
+TEST(FittedArms, ArmsThatExplainNothingAreNotSeen) {
+  const auto arms = poses_of({{look({0, 0}, {5, 3}), false}});
   ASSERT_TRUE(arms[kLeft] && arms[kRight]);
   EXPECT_LT(arms[kLeft]->seen, 0.1);
   EXPECT_LT(arms[kRight]->seen, 0.1);
 }
 
-TEST(ExplainedArms, OfAMirrorImageAreTheOtherSides) {
+TEST(FittedArms, OfAMirrorImageAreTheOtherSides) {
   // The picture of somebody who shows J, mirrored: the network takes the right arm for the left one.
   const Shown j{6, 4}, mirror{4, 2};
   const Shown confused{2, 2};
-  expect(
-      explained_arms(std::vector<ArmLook>{{look(mirror, confused), false}, flipped(look(mirror, mirror))}, kSize, true),
-      j);
+  expect(poses_of({{look(mirror, confused), false}, flipped(look(mirror, mirror))}, true), j);
 }
 
-TEST(ExplainedArms, WithoutASilhouetteTheMeanHasToDo) {
+TEST(FittedArms, WithoutASilhouetteAreThoseOfTheFirstLook) {
   auto seen = look({6, 4}, {6, 4});
   seen.silhouette.release();
-  expect(explained_arms(std::vector<ArmLook>{{seen, false}}, kSize), {6, 4});
+  expect(poses_of({{seen, false}}), {6, 4});
 }
 
 }  // namespace
