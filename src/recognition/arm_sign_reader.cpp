@@ -149,9 +149,7 @@ SemaphoreStep ArmSignReader::add(double time_s, const std::optional<body::ArmPos
   const bool seen = both_seen(arms);
   lapse(time_s, seen, step);
   last_ = time_s;
-  if (const auto made = movements_.add(time_s, seen ? station_of(*arms) : AtStation{})) {
-    step.ended.push_back({made->name, made->from, made->to, made->confidence, {}});
-  }
+  if (const auto made = movements_.add(time_s, seen ? station_of(*arms) : AtStation{})) step.ended.push_back(*made);
   now_ = {};
   if (seen) {
     last_arms_ = time_s;
@@ -166,13 +164,10 @@ SemaphoreStep ArmSignReader::add(double time_s, const std::optional<body::ArmPos
     now_ = reading_of(now);
     follow(time_s, now, step);
   }
-  step.now = now_;
-  if (held_) step.held = held_->told();
-  return step;
+  return told(std::move(step));
 }
 
-SemaphoreStep ArmSignReader::last() const {
-  SemaphoreStep step;
+SemaphoreStep ArmSignReader::told(SemaphoreStep step) const {
   step.now = now_;
   if (held_) step.held = held_->told();
   return step;
@@ -181,9 +176,7 @@ SemaphoreStep ArmSignReader::last() const {
 std::vector<HeldSign> ArmSignReader::finish() {
   SemaphoreStep step;
   if (held_) end_hold(step);
-  if (const auto made = movements_.finish()) {
-    step.ended.push_back({made->name, made->from, made->to, made->confidence, {}});
-  }
+  if (const auto made = movements_.finish()) step.ended.push_back(*made);
   *this = ArmSignReader(options_);
   return step.ended;
 }

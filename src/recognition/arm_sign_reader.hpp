@@ -14,8 +14,9 @@
 
 namespace choreo::recognition {
 
-/// Reads signs that are held. A sign is held where for `hold_s` and three looks upper arms and forearms turned no faster
-/// than `still_degrees_s` and what looks differ by, and the mean of these looks shows it with a probability of 0.7
+/// Reads signs that are held. A sign is held where for `hold_s` and three looks upper arms and forearms turned no
+/// faster than `still_degrees_s` and what looks differ by, and the mean of these looks shows it with a probability of
+/// 0.7
 /// (`arm_signs`): it is known with the look that completes the time, and began with the first of them. A look does not
 /// count that is unlike the two before it and the one after it while these are alike. A sign ends when for 0.12 seconds
 /// the arms have been elsewhere, were not seen for `bridge_s`, or no look came for a second (nor for `bridge_s`). One
@@ -35,7 +36,7 @@ class ArmSignReader {
   SemaphoreStep add(double time_s, const std::optional<body::ArmPoses>& arms);
 
   /// What the last look said: between looks nothing is new.
-  [[nodiscard]] SemaphoreStep last() const;
+  [[nodiscard]] SemaphoreStep last() const { return told({}); }
 
   /// Ends what is being held, at the stream's end. The reader is then as new.
   std::vector<HeldSign> finish();
@@ -48,6 +49,7 @@ class ArmSignReader {
   using Looks = std::deque<Look>;
 
   void drop_stray();
+  [[nodiscard]] SemaphoreStep told(SemaphoreStep step) const;
   void lapse(double time_s, bool seen, SemaphoreStep& step);
   void follow(double time_s, const ArmSigns& now, SemaphoreStep& step);
   void end_hold(SemaphoreStep& step);

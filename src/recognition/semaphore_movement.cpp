@@ -91,15 +91,15 @@ AtStation ParticleStations::of(const body::ParticleState& state) const {
   return {station, std::min(best, 1.0)};
 }
 
-std::optional<Movement> MovementDetector::complete(const Swing& swing) {
+std::optional<HeldSign> MovementDetector::complete(const Swing& swing) {
   if (swing.ways < kWays) return std::nullopt;
-  return Movement{swing.name, swing.from, swing.to, (swing.sum + swing.best) / (swing.ways + 1)};
+  return HeldSign{swing.name, swing.from, swing.to, (swing.sum + swing.best) / (swing.ways + 1), {}};
 }
 
 void MovementDetector::restart(Swing& swing) { swing = {swing.name, swing.low, swing.high}; }
 
-std::optional<Movement> MovementDetector::visit(Swing& swing, double time_s, const AtStation& where) {
-  std::optional<Movement> over;
+std::optional<HeldSign> MovementDetector::visit(Swing& swing, double time_s, const AtStation& where) {
+  std::optional<HeldSign> over;
   const auto station = where.station;
   if (swing.last != Station::kNowhere && time_s - swing.to > kLongestWay) {
     over = complete(swing);
@@ -127,16 +127,16 @@ std::optional<Movement> MovementDetector::visit(Swing& swing, double time_s, con
   return over;
 }
 
-std::optional<Movement> MovementDetector::add(double time_s, const AtStation& where) {
-  std::optional<Movement> over;
+std::optional<HeldSign> MovementDetector::add(double time_s, const AtStation& where) {
+  std::optional<HeldSign> over;
   for (auto& swing : swings_) {
     if (auto done = visit(swing, time_s, where)) over = done;
   }
   return over;
 }
 
-std::optional<Movement> MovementDetector::finish() {
-  std::optional<Movement> over;
+std::optional<HeldSign> MovementDetector::finish() {
+  std::optional<HeldSign> over;
   for (auto& swing : swings_) {
     if (!over) over = complete(swing);
     restart(swing);

@@ -8,20 +8,13 @@
 #include <vector>
 
 #include "body/arm_poses.hpp"
+#include "recognition/held_sign.hpp"
 #include "recognition/semaphore_templates.hpp"
 
 namespace choreo::recognition {
 
 inline constexpr std::string_view kAttention = "ATTENTION";
 inline constexpr std::string_view kError = "ERROR";
-
-/// A movement that has just ended.
-struct Movement {
-  std::string_view name;  ///< kAttention or kError.
-  double from = 0;        ///< Seconds: the first time that the arms were at one of its two ends,
-  double to = 0;          ///< and the last.
-  double confidence = 0;  ///< Mean likeness to the ends where the arms turned.
-};
 
 /// Where both arms are alike: down, at 1 and 7, level, at 3 and 5, overhead, or nowhere such.
 enum class Station { kRest, kLow, kLevel, kHigh, kUp, kNowhere };
@@ -31,9 +24,9 @@ struct AtStation {
   double likeness = 0;  ///< 0 to 1.
 };
 
-/// Forearms that are on average below 28 degrees outwards, from 30 to 60, 65 to 115, 120 to 150, or above 152, and either
-/// within 13 of that; at the ends of movements (kLow, kHigh, kUp) of straight arms. The likeness is the cosine of what
-/// is between.
+/// Forearms that are on average below 28 degrees outwards, from 30 to 60, 65 to 115, 120 to 150, or above 152, and
+/// either within 13 of that; at the ends of movements (kLow, kHigh, kUp) of straight arms. The likeness is the cosine
+/// of what is between.
 [[nodiscard]] AtStation station_of(const body::ArmPoses& arms);
 
 /// By the templates of particle states.
@@ -59,11 +52,12 @@ class ParticleStations {
 class MovementDetector {
  public:
   /// @param time_s  increasing.  @param where  nowhere where no arms are seen.
-  /// @return the movement that is over, if one is.
-  std::optional<Movement> add(double time_s, const AtStation& where);
+  /// @return the movement that is over, if one is: from the first time that the arms were at one of its two ends to the
+  ///   last; the confidence is the mean likeness to the ends where they turned.
+  std::optional<HeldSign> add(double time_s, const AtStation& where);
 
   /// Forgets what is going on and returns it where it was three times there and back.
-  std::optional<Movement> finish();
+  std::optional<HeldSign> finish();
 
  private:
   // To and fro between two stations.
@@ -76,9 +70,9 @@ class MovementDetector {
     double sum = 0;   // of the best likeness of every stay but the last
     double best = 0;  // of the last
   };
-  [[nodiscard]] static std::optional<Movement> complete(const Swing& swing);
+  [[nodiscard]] static std::optional<HeldSign> complete(const Swing& swing);
   static void restart(Swing& swing);
-  static std::optional<Movement> visit(Swing& swing, double time_s, const AtStation& where);
+  static std::optional<HeldSign> visit(Swing& swing, double time_s, const AtStation& where);
 
   std::array<Swing, 2> swings_ = {Swing{kError, Station::kLow, Station::kHigh},
                                   {kAttention, Station::kHigh, Station::kUp}};

@@ -69,10 +69,6 @@ void SemaphoreReader::end_hold(SemaphoreStep& step) {
   left_.reset();
 }
 
-void SemaphoreReader::take(const std::optional<Movement>& movement, SemaphoreStep& step) {
-  if (movement) step.ended.push_back({movement->name, movement->from, movement->to, movement->confidence, {}});
-}
-
 void SemaphoreReader::lapse(double time_s, bool seen, SemaphoreStep& step) {
   if (!last_state_) return;
   // From one state to the next no time was without one, however slowly frames come; only a gap in the frames was.
@@ -123,8 +119,8 @@ SemaphoreStep SemaphoreReader::add(double time_s, const std::optional<body::Part
   // Where frames come slowly, the one before is what a state is compared with.
   const double before = std::max(kBefore, std::min(last_ ? time_s - *last_ : 0.0, kSlowest_s));
   last_ = time_s;
+  if (const auto made = movements_.add(time_s, state ? stations_.of(*state) : AtStation{})) step.ended.push_back(*made);
   if (state) {
-    take(movements_.add(time_s, stations_.of(*state)), step);
     last_state_ = time_s;
     while (!recent_.empty() && recent_.front().time_s < time_s - before - kSlack) recent_.pop_front();
     const auto& parts = state->parts();
@@ -132,8 +128,6 @@ SemaphoreStep SemaphoreReader::add(double time_s, const std::optional<body::Part
     const auto matched = match(*state);
     step.now = templates_.read(matched);
     follow(time_s, matched, step);
-  } else {
-    take(movements_.add(time_s, {}), step);
   }
   if (held_) step.held = held_->told();
   return step;
@@ -142,7 +136,7 @@ SemaphoreStep SemaphoreReader::add(double time_s, const std::optional<body::Part
 std::vector<HeldSign> SemaphoreReader::finish() {
   SemaphoreStep step;
   if (held_) end_hold(step);
-  take(movements_.finish(), step);
+  if (const auto made = movements_.finish()) step.ended.push_back(*made);
   recent_.clear();
   candidate_.reset();
   last_.reset();

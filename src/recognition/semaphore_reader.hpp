@@ -49,7 +49,6 @@ class SemaphoreReader {
   void follow(double time_s, const SignMatch& match, SemaphoreStep& step);
   void lapse(double time_s, bool seen, SemaphoreStep& step);
   void end_hold(SemaphoreStep& step);
-  void take(const std::optional<Movement>& movement, SemaphoreStep& step);
 
   SemaphoreTemplates templates_;
   ParticleStations stations_;
