@@ -132,11 +132,10 @@ void office(Reader& reader, const Settings& settings, Judged& with, Judged& with
   }
 }
 
-// People who walk, talk and look about.
+// People who walk, talk and look about. (Not those of pose2sim: who balances holds out the arms, as in signs.)
 void films(Reader& reader, const Settings& settings, Judged& judged, Report& report) {
   for (const auto* name :
-       {"intel_one-by-one-person-detection.mp4", "pose2sim_single_cam01.mp4", "pose2sim_single_cam02.mp4",
-        "intel_people-detection.gif", "intel_face-demographics-walking.gif",
+       {"intel_one-by-one-person-detection.mp4", "intel_people-detection.gif", "intel_face-demographics-walking.gif",
         "intel_head-pose-face-detection-female-and-male.gif"}) {
     const auto path = test::shared_data(std::string("video/clear/") + name);
     if (path.empty()) {
@@ -172,16 +171,14 @@ void first_performer(Reader& reader, const Settings& settings, Judged& judged) {
   const std::size_t performers = settings.smoke ? 1 : settings.quick ? 2 : 5;
   for (std::size_t i = 0; i < performers; ++i) {
     auto s = drawn(i);
-    s.text = std::string(kLetters);
+    s.text = "ABCDEF GHIJKL MNOPQR STUVWX YZ";
     const devices::synthetic::Performer performer("semaphore", s);
     for (const auto& sign : devices::synthetic::spelled(s.text, s.letters_per_minute)) {
       const int frame = performer.first_frame() + int((sign.from + sign.to) / 2 * s.fps);
-      if (sign.sign.name != "REST") reader.read(performer.perform(frame).bgr, std::string(sign.sign.name), judged);
+      const std::string truth(sign.sign.name == "REST" ? std::string_view() : sign.sign.name);
+      reader.read(performer.perform(frame).bgr, truth, judged);
       if (settings.smoke) return;
     }
-    s.duration = 30;
-    const devices::synthetic::Performer idle("idle", s);
-    for (int k = 0; k < 300; k += 30) reader.read(idle.perform(idle.first_frame() + k).bgr, {}, judged);
   }
 }
 
@@ -263,7 +260,7 @@ void confidence(const Settings& settings, Report& report) {
   }
   Reader reader;
   Judged letters("office, a letter"), none("office, none"), people("films, no letter"), first("first performer"),
-      second("second performer"), held("second performer, video");
+      second("second performer"), held("second, video");
   office(reader, settings, letters, none, report);
   films(reader, settings, people, report);
   first_performer(reader, settings, first);

@@ -48,7 +48,20 @@ std::vector<cv::Rect> parts_of(cv::Size size) {
   return parts;
 }
 
-// The largest whom it is sure of, in the whole picture or else in a part of it.
+// Where somebody could stand of whom the detector knows nothing, as with flags before a wall of their colours: the
+// network itself tells a person from none.
+std::vector<vision::PersonRegion> guesses(cv::Size size) {
+  constexpr double kFills = 1.1, kFillsLess = 1.4;  // Of the picture's height.
+  std::vector<vision::PersonRegion> out;
+  const auto guess = [&](double x, double side) {
+    out.push_back({{x * size.width, 0.5 * size.height}, side * size.height, 0});
+  };
+  for (const double x : {0.5, 0.3, 0.7}) guess(x, kFills);
+  guess(0.5, kFillsLess);
+  return out;
+}
+
+// The largest whom it is sure of, in the whole picture or else in a part of it; else where it is guessed.
 std::optional<vision::PersonLook> somebody_in(const cv::Mat& picture, vision::PersonSearch& people) {
   if (auto found = seen_twice(picture, people)) return found;
   std::optional<vision::PersonLook> largest;
@@ -60,7 +73,13 @@ std::optional<vision::PersonLook> somebody_in(const cv::Mat& picture, vision::Pe
     if (largest && largest->region.side >= region.side) continue;
     if (auto found = seen_twice(picture, people, region)) largest = std::move(found);
   }
-  return largest;
+  if (largest) return largest;
+  for (const auto& guess : guesses(picture.size())) {
+    const auto first = people.look(picture, guess);
+    if (!first || first->score < kSure) continue;
+    if (auto found = seen_twice(picture, people, first->next)) return found;
+  }
+  return std::nullopt;
 }
 
 }  // namespace

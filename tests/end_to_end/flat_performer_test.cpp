@@ -2,11 +2,14 @@
 // The masks and the signs of a second drawn performer, a flat cartoon that nothing was tuned to.
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <ostream>
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "end_to_end/choreoscope_run.hpp"
@@ -148,6 +151,60 @@ TEST_P(FlatPerformerSignals, AreRead) {
   EXPECT_GE(right, c.least) << read;
   EXPECT_LE(wrong, c.wrong) << read;
 }
+
+struct FlatStills {
+  int look;
+  double bend;
+  const char* letters;
+  int least;  ///< As of FlatSignals.
+  int wrong = 0;
+};
+void PrintTo(const FlatStills& c, std::ostream* out) { *out << "look " << c.look << ", bent by " << c.bend; }
+
+class FlatPerformerStills : public ::testing::TestWithParam<FlatStills> {};
+
+TEST_P(FlatPerformerStills, AreReadEachByItself) {
+  if (const auto missing = missing_person_network(); !missing.empty()) GTEST_SKIP() << missing << " is not here";
+  const auto& c = GetParam();
+  FlatScene scene;
+  scene.look = c.look;
+  scene.script = "signal";
+  scene.text = c.letters;
+  scene.bend = c.bend;
+  scene.empty_s = 0;
+  scene.seed = unsigned(c.look) + 1;
+  const FlatPerformer performer(scene);
+  const TempFolder folder;
+  const auto set = folder / "set";
+  std::filesystem::create_directory(set);
+  for (std::size_t k = 0; k < scene.text.size(); ++k) {
+    cv::imwrite(fmt::format("{}/{}_.png", set, scene.text[k]), performer.frame(2.8 + 2.5 * double(k)).picture);
+  }
+  analyze_with_network(set, folder / "out", {"--recognise", "semaphore"});
+  const auto bytes = read_bytes(folder / "out/letters.json");
+  int right = 0, wrong = 0;
+  const auto json = nlohmann::json::parse(bytes.begin(), bytes.end());
+  for (const auto& picture : json["pictures"]) {
+    if (picture["letter"].is_null()) continue;
+    const bool same = picture["letter"].get<std::string>() == picture["file"].get<std::string>().substr(0, 1);
+    (same ? right : wrong) += 1;
+  }
+  std::printf("| stills, look %d, bent by %.0f degrees | %d of %zu | %d |\n", c.look, c.bend, right, scene.text.size(),
+              wrong);
+  EXPECT_GE(right, c.least);
+  EXPECT_LE(wrong, c.wrong);
+}
+
+constexpr const char* kAll = "ABCDEFGHIJKLMNOPQRSTUVWXYZ";
+INSTANTIATE_TEST_SUITE_P(Looks, FlatPerformerStills,
+                         ::testing::ValuesIn(some_of<FlatStills>({{2, 0, "BEMPQRUZ", 7},
+                                                                  {0, 0, kAll, 25},
+                                                                  {0, 24, kAll, 25},
+                                                                  {1, 0, kAll, 23, 1},
+                                                                  {1, 24, kAll, 24},
+                                                                  {2, 0, kAll, 21},
+                                                                  {2, 24, kAll, 23}},
+                                                                 1)));
 
 INSTANTIATE_TEST_SUITE_P(
     Scenes, FlatPerformerSignals,
