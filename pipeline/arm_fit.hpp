@@ -21,8 +21,8 @@ using Arms = std::array<Arm, 2>;
 /// Where the hand ends: beyond the wrist by a third of the forearm.
 [[nodiscard]] inline cv::Point2d hand_of(const Arm& arm) { return arm[2] + 0.35 * (arm[2] - arm[1]); }
 
-/// Least squares, lengths in torsos. A place of the limbs costs 960 d² times its area where d is how far it lies beside
-/// the nearer arm, 0.1 wide, 0.3 at most; an arm costs 96 d² times its length where it lies d outside of the
+/// Least squares, lengths in torsos. A place of the limbs costs 960 d^2 times its area where d is how far it lies beside
+/// the nearer arm, 0.1 wide, 0.3 at most; an arm costs 96 d^2 times its length where it lies d outside of the
 /// silhouette; upper arm and forearm cost half the squares of what they are off the nearest of those seen (in 14
 /// degrees each; less of an upper arm that is seen shorter than 0.3), off their usual lengths of 0.5 and 0.45 (ln, in
 /// 0.3), and off straight (in 60 degrees).
